@@ -1,0 +1,1 @@
+//! The program behind `trajectory-selector`: its commands and its doors to the world.

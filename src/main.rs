@@ -1,0 +1,2 @@
+//! The `trajectory-selector` program.
+fn main() {}
