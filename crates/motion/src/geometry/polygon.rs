@@ -1,0 +1,252 @@
+//! Convex polygons as slices of vertices in either sense of rotation, open or closed (last vertex = first).
+
+use super::{Point2, Vector2};
+
+/// Area \[m²\] of any simple polygon, positive when its vertices run counter-clockwise. Zero below three vertices.
+#[must_use]
+pub fn signed_area(polygon: &[Point2]) -> f64 {
+    let Some((&first, rest)) = polygon.split_first() else { return 0.0 };
+    // Relative to one vertex: map coordinates are large and would cancel.
+    rest.windows(2).map(|edge| (edge[0] - first).perp(&(edge[1] - first))).sum::<f64>() * 0.5
+}
+
+/// True when a point lies in a convex polygon or on its border. Below three vertices nothing does.
+#[must_use]
+pub fn convex_contains(polygon: &[Point2], point: Point2) -> bool {
+    if polygon.len() < 3 {
+        return false;
+    }
+    let (mut left, mut right) = (false, false);
+    for (start, end) in edges(polygon) {
+        let side = (end - start).perp(&(point - start));
+        left |= side > 0.0;
+        right |= side < 0.0;
+    }
+    if left || right {
+        return left != right;
+    }
+    // Everything in one line: the sides say nothing, the extent does.
+    let within = |axis: usize| {
+        let (min, max) = extent(polygon, |p| p.coords[axis]);
+        min <= point.coords[axis] && point.coords[axis] <= max
+    };
+    within(0) && within(1)
+}
+
+/// True when two convex polygons overlap or touch (separating axes; `intersects_sat`). Below three vertices nothing
+/// overlaps.
+#[must_use]
+pub fn convex_overlap(a: &[Point2], b: &[Point2]) -> bool {
+    a.len() >= 3 && b.len() >= 3 && !has_separating_edge(a, b) && !has_separating_edge(b, a)
+}
+
+/// True when an edge normal of `a` is an axis on which the polygons lie apart.
+fn has_separating_edge(a: &[Point2], b: &[Point2]) -> bool {
+    let origin = a[0];
+    edges(a).any(|(start, end)| {
+        let edge = end - start;
+        let normal = Vector2::new(-edge.y, edge.x);
+        let (min_a, max_a) = extent(a, |p| normal.dot(&(p - origin)));
+        let (min_b, max_b) = extent(b, |p| normal.dot(&(p - origin)));
+        max_a < min_b || max_b < min_a
+    })
+}
+
+fn edges(polygon: &[Point2]) -> impl Iterator<Item = (Point2, Point2)> + '_ {
+    let closing = polygon.last().copied().into_iter().chain(polygon.iter().copied());
+    closing.zip(polygon.iter().copied())
+}
+
+/// Smallest and largest value over the vertices. It starts from a vertex so that a polygon of not-a-numbers has such
+/// an extent, which nothing separates.
+fn extent(polygon: &[Point2], of: impl Fn(&Point2) -> f64) -> (f64, f64) {
+    let first = polygon.first().map_or(f64::NAN, &of);
+    polygon.iter().map(of).fold((first, first), |(min, max), value| {
+        (if value < min { value } else { min }, if value > max { value } else { max })
+    })
+}
+
+/// Convex hull of a set of points, counter-clockwise, open, without vertices inside an edge.
+///
+/// Sorts `points` in place and writes to `hull`, which is cleared first. Fewer than three different points give those
+/// points; points in one line give its two ends.
+pub fn convex_hull(points: &mut [Point2], hull: &mut Vec<Point2>) {
+    hull.clear();
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    chain(points.iter().copied(), hull, 0);
+    // The upper chain starts where the lower one ended, and both ends belong to both chains.
+    let lower = hull.len();
+    chain(points.iter().rev().copied(), hull, lower.saturating_sub(1));
+    if hull.len() > 1 {
+        hull.pop();
+    }
+}
+
+/// Adds one half of the hull to `hull`, never removing what lies before `base`.
+fn chain(points: impl Iterator<Item = Point2>, hull: &mut Vec<Point2>, base: usize) {
+    for point in points {
+        if hull.last() == Some(&point) {
+            continue;
+        }
+        while let [.., a, b] = hull[base..]
+            && (b - a).perp(&(point - a)) <= 0.0
+        {
+            hull.pop();
+        }
+        hull.push(point);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use proptest::prelude::*;
+
+    use super::super::Segment;
+    use super::*;
+
+    fn regular(n: u32, radius: f64, phase: f64, x: f64, y: f64) -> Vec<Point2> {
+        (0..n)
+            .map(|k| phase + TAU * f64::from(k) / f64::from(n))
+            .map(|angle| Point2::new(x + radius * angle.cos(), y + radius * angle.sin()))
+            .collect()
+    }
+
+    fn rectangle(length: f64, width: f64, yaw: f64, x: f64, y: f64) -> Vec<Point2> {
+        [(0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5)]
+            .map(|(u, v)| (u * length, v * width))
+            .map(|(u, v)| Point2::new(x + u * yaw.cos() - v * yaw.sin(), y + u * yaw.sin() + v * yaw.cos()))
+            .to_vec()
+    }
+
+    /// Distance of two polygons by containment and all pairs of edges: slow and plain.
+    fn distance(a: &[Point2], b: &[Point2]) -> f64 {
+        if convex_contains(a, b[0]) || convex_contains(b, a[0]) {
+            return 0.0;
+        }
+        let segments = |p: &[Point2]| edges(p).map(|(s, e)| Segment::new(s, e)).collect::<Vec<_>>();
+        let (sa, sb) = (segments(a), segments(b));
+        sa.iter().flat_map(|s| sb.iter().map(|t| s.squared_distance(t))).fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    #[track_caller]
+    fn check(a: &[Point2], b: &[Point2]) {
+        let gap = distance(a, b);
+        let overlap = convex_overlap(a, b);
+        assert_eq!(overlap, convex_overlap(b, a));
+        if gap == 0.0 || gap > 1e-12 {
+            assert_eq!(overlap, gap == 0.0, "gap {gap} m\n{a:?}\n{b:?}");
+        }
+    }
+
+    #[test]
+    fn overlap_equals_intersection_on_the_published_grids() {
+        let square = rectangle(2.0, 2.0, 0.0, 0.0, 0.0);
+        for (i, j) in (-4..=12).flat_map(|i| (-4..=12).map(move |j| (i, j))) {
+            let (x, y) = (0.25 * f64::from(i), 0.25 * f64::from(j));
+            let other = rectangle(2.0, 2.0, 0.0, x, y);
+            assert_eq!(convex_overlap(&square, &other), x.abs() <= 2.0 && y.abs() <= 2.0, "{x} {y}");
+        }
+        let car = rectangle(4.0, 1.6, 30_f64.to_radians(), 0.0, 0.0);
+        let (triangle, pentagon) = (regular(3, 2.0, 0.2, 0.0, 0.0), |x, y| regular(5, 1.2, -0.35, x, y));
+        for (i, j) in (-12..=12).flat_map(|i| (-8..=8).map(move |j| (i, j))) {
+            let (x, y) = (0.7 + 0.35 * f64::from(i), 0.2 + 0.25 * f64::from(j));
+            check(&car, &rectangle(2.8, 1.4, -36_f64.to_radians(), x, y));
+            check(&triangle, &pentagon(x, y));
+        }
+    }
+
+    #[test]
+    fn contact_counts_and_a_micrometre_does_not() {
+        let square = rectangle(2.0, 2.0, 0.0, 0.0, 0.0);
+        for k in -4..=4 {
+            let gap = 1e-6 * f64::from(k);
+            let edge = rectangle(2.0, 2.0, 0.0, 2.0 + gap, 0.5);
+            assert_eq!(convex_overlap(&square, &edge), k <= 0, "edge, gap {gap}");
+            let corner = rectangle(2.0, 2.0, 0.0, 2.0 + gap, 2.0 + gap);
+            assert_eq!(convex_overlap(&square, &corner), k <= 0, "corner, gap {gap}");
+            let tip = [(1.0 + gap, 0.0), (3.0, 1.0), (3.0, -1.0)].map(|(x, y)| Point2::new(x, y));
+            assert_eq!(convex_overlap(&square, &tip), k <= 0, "tip, gap {gap}");
+        }
+    }
+
+    #[test]
+    fn two_vertices_are_no_polygon() {
+        let square = rectangle(2.0, 2.0, 0.0, 0.0, 0.0);
+        assert!(!convex_overlap(&square[..2], &square));
+        assert!(!convex_contains(&square[..2], square[0]));
+        assert_eq!(signed_area(&square[..2]), 0.0);
+        assert_eq!(signed_area(&[]), 0.0);
+    }
+
+    #[test]
+    fn area_and_containment() {
+        let square = rectangle(2.0, 2.0, 0.0, 1e5, -1e5);
+        assert!((signed_area(&square) + 4.0).abs() < 1e-9, "clockwise");
+        let mut reversed = square.clone();
+        reversed.reverse();
+        assert!((signed_area(&reversed) - 4.0).abs() < 1e-9, "counter-clockwise");
+        let mut closed = square.clone();
+        closed.push(square[0]);
+        for polygon in [&square, &reversed, &closed] {
+            for (x, y, inside) in [(0.0, 0.0, true), (1.0, 0.5, true), (1.0, 1.0, true), (1.001, 0.0, false)]
+            {
+                assert_eq!(convex_contains(polygon, Point2::new(1e5 + x, -1e5 + y)), inside, "{x} {y}");
+            }
+        }
+        let flat = [0.0, 1.0, 2.0].map(|x| Point2::new(x, x));
+        assert!(convex_contains(&flat, Point2::new(1.5, 1.5)));
+        assert!(!convex_contains(&flat, Point2::new(2.5, 2.5)));
+        assert!(!convex_contains(&flat, Point2::new(1.5, 1.0)));
+    }
+
+    #[test]
+    fn hulls_of_degenerate_sets() {
+        let mut hull = vec![Point2::new(9.0, 9.0)];
+        convex_hull(&mut [], &mut hull);
+        assert!(hull.is_empty());
+        let p = Point2::new(1.0, 2.0);
+        convex_hull(&mut [p, p, p], &mut hull);
+        assert_eq!(hull, [p]);
+        convex_hull(&mut [p, Point2::origin(), Point2::new(2.0, 4.0), p], &mut hull);
+        assert_eq!(hull, [Point2::origin(), Point2::new(2.0, 4.0)]);
+        let mut square = [(0.0, 0.0), (1.0, 1.0), (0.5, 0.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (0.0, 0.0)]
+            .map(|(x, y)| Point2::new(x, y));
+        convex_hull(&mut square, &mut hull);
+        let expected = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point2::new(x, y));
+        assert_eq!(hull, expected);
+    }
+
+    prop_compose! {
+        fn any_polygon()(
+            n in 3..8_u32, radius in 0.2..3.0_f64, phase in 0.0..6.3_f64, x in -4.0..4.0_f64, y in -4.0..4.0_f64,
+        ) -> Vec<Point2> {
+            regular(n, radius, phase, x, y)
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn overlap_equals_zero_distance(a in any_polygon(), b in any_polygon()) {
+            check(&a, &b);
+        }
+
+        #[test]
+        fn hull_is_convex_and_holds_every_point(
+            mut points in prop::collection::vec((-9..9_i32, -9..9_i32), 1..20)
+                .prop_map(|v| v.into_iter().map(|(x, y)| Point2::new(f64::from(x), f64::from(y))).collect::<Vec<_>>()),
+        ) {
+            let mut hull = Vec::new();
+            convex_hull(&mut points, &mut hull);
+            prop_assert!(hull.iter().all(|p| points.contains(p)));
+            if hull.len() >= 3 {
+                prop_assert!(points.iter().all(|&p| convex_contains(&hull, p)));
+                for k in 0..hull.len() {
+                    let (a, b, c) = (hull[k], hull[(k + 1) % hull.len()], hull[(k + 2) % hull.len()]);
+                    prop_assert!((b - a).perp(&(c - b)) > 0.0, "strictly convex and counter-clockwise");
+                }
+            }
+        }
+    }
+}
