@@ -1,1 +1,3 @@
-//! To be described.
+//! Concatenate, validate, rank and adapt candidate trajectories, as functions of values.
+
+pub mod parameters;
