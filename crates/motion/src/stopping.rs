@@ -86,7 +86,7 @@ mod tests {
         let close = 1e-9;
         let printed = 5e-7;
         type Row = (f64, f64, f64, f64, f64, Option<f64>, f64);
-        let cases: [Row; 24] = [
+        let cases: [Row; 25] = [
             // boundary departure checker
             (10.0, 0.0, -4.0, -5.0, 1.0, Some(26.393_333_333_333_334), close),
             (10.0, 0.0, -4.0, -10.0, 1.0, Some(24.473_333_333_333_33), close),
@@ -112,6 +112,8 @@ mod tests {
             (5.0, -4.0, 2.0, 2.0, 0.5, Some(3.125), close),
             (5.0, 1.5, 2.0, 2.0, 0.5, Some(20.316_081), printed),
             (0.5, 0.0, 2.0, 2.0, 0.5, Some(0.485_702), printed),
+            // all but coasting, and standing before the delay is over: no ramp fits
+            (1e-4, -5e-4, 4.0, 5.0, 1.0, None, close),
             (2.0, -2.0, 5.0, 2.0, -3.0, calculate_stop_distance(2.0, -2.0, 5.0, 2.0, 0.0), close),
         ];
         for (v, a, decel, jerk, delay, expected, tolerance) in cases {

@@ -1,6 +1,7 @@
 //! Steering of recorded trajectories against the answers of the upstream vehicle constraint filter.
 
 #![allow(clippy::unwrap_used, reason = "a test that meets an odd file should fail")]
+
 use std::path::PathBuf;
 
 use motion::trajectory::{FIRST_SMOOTHED_INDEX, smoothed_steering_angles};

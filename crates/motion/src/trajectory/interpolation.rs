@@ -73,9 +73,9 @@ pub fn interpolated_point(
 }
 
 fn interpolated_time(from: TimeFromStart, to: TimeFromStart, ratio: f64) -> TimeFromStart {
-    // Differences in whole nanoseconds are exact; the span of an i32 of seconds fits.
-    let step = (to.nanos() - from.nanos()) as f64 * ratio;
-    TimeFromStart::from_nanos(from.nanos() + step.round() as i64)
+    // Whole nanoseconds keep both ends exact.
+    let step = to.nanos().saturating_sub(from.nanos()) as f64 * ratio;
+    TimeFromStart::from_nanos(from.nanos().saturating_add(step.round() as i64))
 }
 
 #[cfg(test)]
