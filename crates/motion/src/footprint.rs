@@ -17,6 +17,7 @@ pub struct Footprint {
 impl Footprint {
     /// Closes the ring over the six corners, given in the order of the module documentation.
     #[must_use]
+    #[inline]
     pub fn new([fl, fr, cr, rr, rl, cl]: [Point2; 6]) -> Self {
         Self { vertices: [fl, fr, cr, rr, rl, cl, fl] }
     }
@@ -97,8 +98,8 @@ impl Footprint {
     #[inline]
     pub fn placed_at(&self, pose: &Pose) -> Self {
         let transform = pose.planar_transform();
-        let [fl, fr, cr, rr, rl, cl, _] = self.vertices;
-        Self::new([fl, fr, cr, rr, rl, cl].map(|corner| transform.apply(corner)))
+        let at = |i: usize| transform.apply(self.vertices[i]);
+        Self::new([at(0), at(1), at(2), at(3), at(4), at(5)])
     }
 }
 

@@ -1,6 +1,6 @@
 //! Convex polygons as slices of vertices in either sense of rotation, open or closed (last vertex = first).
 
-use super::{Point2, Vector2};
+use super::Point2;
 
 /// Area \[m²\] of any simple polygon, positive when its vertices run counter-clockwise. Zero below three vertices.
 #[must_use]
@@ -25,12 +25,8 @@ pub fn convex_contains(polygon: &[Point2], point: Point2) -> bool {
     if left || right {
         return left != right;
     }
-    // Everything in one line: the sides say nothing, the extent does.
-    let within = |axis: usize| {
-        let (min, max) = extent(polygon, |p| p.coords[axis]);
-        min <= point.coords[axis] && point.coords[axis] <= max
-    };
-    within(0) && within(1)
+    // Everything in one line: the sides say nothing, the edges do.
+    edges(polygon).any(|(start, end)| (start - point).dot(&(end - point)) <= 0.0)
 }
 
 /// True when two convex polygons overlap or touch (separating axes; `intersects_sat`). Below three vertices nothing
@@ -40,30 +36,33 @@ pub fn convex_overlap(a: &[Point2], b: &[Point2]) -> bool {
     a.len() >= 3 && b.len() >= 3 && !has_separating_edge(a, b) && !has_separating_edge(b, a)
 }
 
-/// True when an edge normal of `a` is an axis on which the polygons lie apart.
+/// True when `a` and `b` lie apart along the normal of an edge of `a`.
+///
+/// The edge itself lies at 0 on that axis, so only a `b` wholly on one side of it can be apart, and most edges are
+/// dismissed by one or two vertices. Not-a-number is on no side: it never separates.
 fn has_separating_edge(a: &[Point2], b: &[Point2]) -> bool {
-    let origin = a[0];
     edges(a).any(|(start, end)| {
         let edge = end - start;
-        let normal = Vector2::new(-edge.y, edge.x);
-        let (min_a, max_a) = extent(a, |p| normal.dot(&(p - origin)));
-        let (min_b, max_b) = extent(b, |p| normal.dot(&(p - origin)));
-        max_a < min_b || max_b < min_a
+        let side = |p: &Point2| edge.perp(&(p - start));
+        let sign = b.first().map_or(0.0, side).signum();
+        let mut nearest = f64::INFINITY;
+        for point in b {
+            let beyond = sign * side(point);
+            if beyond > 0.0 {
+                nearest = nearest.min(beyond);
+            } else {
+                return false;
+            }
+        }
+        a.iter().all(|point| sign * side(point) < nearest)
     })
 }
 
+/// Every edge, the closing one first.
+#[inline]
 fn edges(polygon: &[Point2]) -> impl Iterator<Item = (Point2, Point2)> + '_ {
-    let closing = polygon.last().copied().into_iter().chain(polygon.iter().copied());
-    closing.zip(polygon.iter().copied())
-}
-
-/// Smallest and largest value over the vertices. It starts from a vertex so that a polygon of not-a-numbers has such
-/// an extent, which nothing separates.
-fn extent(polygon: &[Point2], of: impl Fn(&Point2) -> f64) -> (f64, f64) {
-    let first = polygon.first().map_or(f64::NAN, &of);
-    polygon.iter().map(of).fold((first, first), |(min, max), value| {
-        (if value < min { value } else { min }, if value > max { value } else { max })
-    })
+    let mut start = polygon.last().copied().unwrap_or_default();
+    polygon.iter().map(move |&end| (std::mem::replace(&mut start, end), end))
 }
 
 /// Convex hull of a set of points, counter-clockwise, open, without vertices inside an edge.
@@ -169,6 +168,28 @@ mod tests {
             let tip = [(1.0 + gap, 0.0), (3.0, 1.0), (3.0, -1.0)].map(|(x, y)| Point2::new(x, y));
             assert_eq!(convex_overlap(&square, &tip), k <= 0, "tip, gap {gap}");
         }
+    }
+
+    #[test]
+    fn not_a_number_is_no_way_past() {
+        let square = rectangle(2.0, 2.0, 0.0, 0.0, 0.0);
+        let mut far = rectangle(2.0, 2.0, 0.3, 50.0, 0.0);
+        assert!(!convex_overlap(&square, &far));
+        for vertex in &mut far {
+            vertex.y = f64::NAN;
+            let others = convex_overlap(&square, &[*vertex; 3]) && convex_overlap(&[*vertex; 3], &square);
+            assert!(others);
+        }
+        assert!(convex_overlap(&square, &far) && convex_overlap(&far, &square));
+    }
+
+    #[test]
+    fn a_dent_never_hides_an_overlap() {
+        // a notched polygon, given although it is not convex, and a square in front of the notch
+        let notched =
+            [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (2.0, 1.0), (0.0, 4.0)].map(|(x, y)| Point2::new(x, y));
+        assert!(convex_overlap(&notched, &rectangle(3.0, 1.0, 0.0, 2.0, 3.0)));
+        assert!(!convex_overlap(&notched, &rectangle(3.0, 1.0, 0.0, 2.0, 5.0)));
     }
 
     #[test]
