@@ -32,10 +32,12 @@ pub fn smoothed_steering_angles<P: Posed>(points: &[P], wheel_base_m: f64, out: 
         menger_curvature(w[0].point(), w[1].point(), w[2].point())
             .map_or(0.0, |curvature| (wheel_base_m * curvature).atan())
     }));
-    let last = n - 2;
-    out[0] = mean(&out[1..=last.min(4)]);
-    for i in 3..=n - 3 {
-        out[i - FIRST_SMOOTHED_INDEX] = mean(&out[i - 2..=last.min(i + 2)]);
+    out[0] = mean(&out[1..=(n - 2).min(4)]);
+    for i in 3..n - 3 {
+        out[i - FIRST_SMOOTHED_INDEX] = mean(&out[i - 2..i + 3]);
+    }
+    if n > MIN_POINTS {
+        out[n - 5] = mean(&out[n - 5..=n - 2]);
     }
     out.truncate(n - 4);
 }
