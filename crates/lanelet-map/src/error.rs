@@ -47,6 +47,14 @@ pub enum MapError {
         /// What the projector says.
         problem: ProjectionError,
     },
+    /// `local_x` or `local_y` is not a number, and the projector is `Local`.
+    #[error("the tag `{key}` of node {node} is not a number; correct it, or use another projector")]
+    LocalCoordinate {
+        /// Id of the node.
+        node: i64,
+        /// `local_x` or `local_y`.
+        key: &'static str,
+    },
     /// Two elements of one layer have the same id.
     #[error("two {layer} have the id {id}; give one of them another id")]
     DuplicateId {
@@ -331,12 +339,6 @@ pub enum IssueKind {
     MissingRule {
         /// The regulatory element.
         rule: i64,
-    },
-    /// `local_x` or `local_y` is not a number.
-    #[error("the node's `{key}` is not a number")]
-    BadLocalCoordinate {
-        /// `local_x` or `local_y`.
-        key: &'static str,
     },
     /// MGRS coordinates are only unique inside one 100 km square, and this node lies in another one than
     /// most: it would land up to 100 km from where it is.

@@ -14,16 +14,16 @@
 pub mod archive;
 pub mod dump;
 mod error;
-//pub mod index;
+pub mod index;
 mod map;
-//pub mod osm;
+pub mod osm;
 pub mod projection;
 
 pub use error::{
     ArchiveProblem, GridSquare, IssueKind, Layer, LoadIssue, MapError, ProjectorInfoProblem, XmlProblem,
 };
+pub use map::Map;
 pub use map::attributes::{Attribute, Attributes};
 pub use map::builder::{Bound, MapBuilder, Member};
 pub use map::elements::{Area, Lanelet, Parameter, Point, Polyline, RegulatoryElement, Role};
-//pub use map::load::LoadedMap;
-pub use map::Map;
+pub use map::load::LoadedMap;

@@ -7,7 +7,7 @@
 pub(crate) mod attributes;
 pub(crate) mod builder;
 pub(crate) mod elements;
-//pub(crate) mod load;
+pub(crate) mod load;
 pub(crate) mod store;
 
 use std::fmt;
