@@ -1,1 +1,4 @@
 //! The program behind `trajectory-selector`: its commands and its doors to the world.
+
+pub mod commands;
+pub mod settings;
