@@ -19,6 +19,7 @@ mod vehicle;
 mod yaml;
 
 pub use node::{AutowareInterface, NodeParameters, SelectorParameters};
+pub(crate) use problem::write_hints;
 pub use problem::{Location, Position, Problem, ProblemKind, SettingsError, Warning};
 pub use table::{Bound, Component, ParameterDescriptor, parameter_table};
 pub use value::{ParameterKind, ParameterValue};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::settings::{DEFAULT_NODE_NAME, Problem, Settings, Source};
+use crate::settings::{DEFAULT_NODE_NAME, Problem, Settings, Source, write_hints};
 
 /// What a file is taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -143,9 +143,6 @@ impl fmt::Display for CheckReport {
 impl fmt::Display for FileProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)?;
-        let allowed = self.allowed.as_ref().map(|allowed| format!("allowed: {allowed}"));
-        let nearest = self.nearest.as_ref().map(|nearest| format!("did you mean `{nearest}`?"));
-        let hints: Vec<String> = allowed.into_iter().chain(nearest).collect();
-        if hints.is_empty() { Ok(()) } else { write!(f, " ({})", hints.join("; ")) }
+        write_hints(f, self.allowed.as_deref(), self.nearest.as_deref())
     }
 }

@@ -128,6 +128,7 @@ fn schema_file(component: Component) -> String {
         object.shift_remove("$schema");
         object.shift_remove("title");
     }
+    compact(&mut parameters);
     let schema = json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": format!("Parameters of the {}", name.replace('_', " ")),
@@ -145,6 +146,33 @@ fn schema_file(component: Component) -> String {
     let mut text = serde_json::to_string_pretty::<Value>(&schema).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// Leaves out the defaults of groups, which their members repeat, and says a group of values per class once.
+fn compact(schema: &mut Value) {
+    let Some(object) = schema.as_object_mut() else { return };
+    let per_class = object.get("x-per-class").is_some();
+    let Some(properties) = object.get_mut("properties").and_then(Value::as_object_mut) else { return };
+    properties.values_mut().for_each(compact);
+    if per_class {
+        let names: Vec<&String> = properties.keys().collect();
+        let names = json!(names);
+        let base = properties.get("base").cloned().unwrap_or_default();
+        let default = object.shift_remove("default");
+        *schema = json!({
+            "description": base["description"],
+            "anyOf": [
+                base,
+                { "type": "object", "propertyNames": { "enum": names }, "additionalProperties": base },
+            ],
+            "default": default.as_ref().and_then(Value::as_object).map(|values| {
+                let given = values.iter().filter(|(_, value)| !value.is_null());
+                given.map(|(name, value)| (name.clone(), value.clone())).collect::<serde_json::Map<_, _>>()
+            }),
+        });
+    } else {
+        object.shift_remove("default");
+    }
 }
 
 fn documentation() -> String {

@@ -80,14 +80,21 @@ impl fmt::Display for Problem {
             write!(f, "{location}: ")?;
         }
         f.write_str(&self.message())?;
-        match (&self.allowed, &self.nearest) {
-            (None, None) => Ok(()),
-            (Some(allowed), None) => write!(f, " (allowed: {allowed})"),
-            (None, Some(nearest)) => write!(f, " (did you mean `{nearest}`?)"),
-            (Some(allowed), Some(nearest)) => {
-                write!(f, " (allowed: {allowed}; did you mean `{nearest}`?)")
-            }
-        }
+        write_hints(f, self.allowed.as_deref(), self.nearest.as_deref())
+    }
+}
+
+/// ` (allowed: ..; did you mean ..?)`, or nothing.
+pub(crate) fn write_hints(
+    f: &mut fmt::Formatter<'_>,
+    allowed: Option<&str>,
+    nearest: Option<&str>,
+) -> fmt::Result {
+    match (allowed, nearest) {
+        (None, None) => Ok(()),
+        (Some(allowed), None) => write!(f, " (allowed: {allowed})"),
+        (None, Some(nearest)) => write!(f, " (did you mean `{nearest}`?)"),
+        (Some(allowed), Some(nearest)) => write!(f, " (allowed: {allowed}; did you mean `{nearest}`?)"),
     }
 }
 

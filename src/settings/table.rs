@@ -128,6 +128,9 @@ impl ParameterDescriptor {
                 (None, None) => format!("{}{unit}", self.kind),
                 (Some(low), None) => format!("{} {}{unit}", low.above(), bound(low)),
                 (None, Some(high)) => format!("{} {}{unit}", high.below(), bound(high)),
+                (Some(low), Some(high)) if low.inclusive && high.inclusive => {
+                    format!("{} to {}{unit}", bound(low), bound(high))
+                }
                 (Some(low), Some(high)) => {
                     format!("{} {} and {} {}{unit}", low.above(), bound(low), high.below(), bound(high))
                 }

@@ -57,7 +57,7 @@ pub enum RuleViolation {
         others: String,
     },
     /// A braking limit too weak to stop with.
-    #[error("is {value}, with which the vehicle never stops: its magnitude must exceed 0.001")]
+    #[error("is {value:?}, with which the vehicle never stops: its magnitude must exceed 0.001")]
     NeverStops {
         /// The limit.
         parameter: String,
@@ -65,7 +65,7 @@ pub enum RuleViolation {
         value: f64,
     },
     /// A limit that must brake at least as hard as another one.
-    #[error("is {value}, weaker braking than `{milder}` ({milder_value}): it must not be greater")]
+    #[error("is {value:?}, weaker braking than `{milder}` ({milder_value:?}): it must not be greater")]
     MilderThan {
         /// The limit that should be the stronger one.
         parameter: String,
