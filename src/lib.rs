@@ -1,4 +1,5 @@
 //! The program behind `trajectory-selector`: its commands and its doors to the world.
 
+pub mod bag;
 pub mod commands;
 pub mod settings;
