@@ -117,8 +117,17 @@ pub(super) fn scan(path: Arc<Path>, source: Box<dyn Bytes>) -> Result<(McapFile,
         }
     };
 
+    if let Some(BagError::Truncated { offset, .. }) = end
+        && ends_well(&mut file)?
+    {
+        end = Some(file.damaged(offset, "a record runs past the end, though the file was not cut off"));
+    }
     let complete = walk.summary_is_complete();
     if !walk.bare.is_empty() {
+        // Where framing is lost, messages outside chunks may be cut in the wrong places.
+        if let Some(error) = end.take_if(|error| !matches!(error, BagError::Truncated { .. })) {
+            return Err(error);
+        }
         check_data_crc(&mut file, &walk)?; // nothing else protects messages outside chunks
     }
     let (definitions, counts) = if complete {
@@ -149,6 +158,12 @@ fn check_magic(file: &mut McapFile) -> Result<(), BagError> {
     } else {
         BagError::NotABag { path, found: format!("\"{}\"", front.escape_ascii()) }
     })
+}
+
+/// Whether the end mark is where it belongs.
+fn ends_well(file: &mut McapFile) -> Result<bool, BagError> {
+    let len = MAGIC.len() as u64;
+    Ok(file.read_vec(file.len.saturating_sub(len), len.min(file.len))? == MAGIC)
 }
 
 /// Looks at the record at `offset` and gives the offset of the next one, or `None` behind the footer.
