@@ -1,3 +1,28 @@
-//! Concatenate, validate, rank and adapt candidate trajectories, as functions of values.
+//! From many candidate trajectories to those that are safe, as functions of values.
+//!
+//! Nothing here knows threads, clocks, files, sockets or logging: time is an argument, the world is a [`Scene`], and
+//! the same arguments give the same verdicts on any thread, in any order. The stages, in the order of a cycle:
+//!
+//! 1. [`Concatenator`] keeps the newest candidates of every generator and gives out those that are still fresh.
+//! 2. [`Validator`] judges every candidate with every loaded [`Filter`], after the mandatory data-validity check.
+//! 3. [`report`] puts the verdicts into the messages that leave the node.
 
+pub mod candidate;
+pub mod concatenator;
+pub mod data_validity;
+pub mod filters;
 pub mod parameters;
+pub mod report;
+pub mod scene;
+pub mod validator;
+pub mod verdict;
+
+#[cfg(test)]
+mod test_scene;
+
+pub use candidate::{Candidate, CandidateKey};
+pub use concatenator::{Concatenated, Concatenator};
+pub use filters::{Filter, Scratch};
+pub use scene::{MissingInput, Scene};
+pub use validator::{Enforcement, Validator};
+pub use verdict::{Evidence, Judgement, Memo, Metric, RiskLevel, Verdict};

@@ -1,0 +1,83 @@
+//! A candidate as the filters see it: the message that came in, its points ready to calculate with, and its key.
+
+use messages::autoware_internal_planning_msgs::CandidateTrajectory;
+use messages::autoware_planning_msgs::TrajectoryPoint as PointMessage;
+use messages::geometry_msgs::Pose as PoseMessage;
+use messages::unique_identifier_msgs::Uuid;
+use motion::{Point3, Pose, Quaternion, TimeFromStart, TrajectoryPoint};
+use std::fmt;
+use std::sync::Arc;
+
+/// Names a candidate over time: its generator, and its position among that generator's candidates in the cycle's set.
+///
+/// Memory that a filter keeps about candidates is keyed by this, so samples of one generator never share memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct CandidateKey {
+    /// The planner.
+    pub generator: Uuid,
+    /// Position among the planner's candidates, from 0.
+    pub sample: u32,
+}
+
+impl fmt::Display for CandidateKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}#{}", self.generator, self.sample)
+    }
+}
+
+/// One trajectory to judge. Cheap to clone: all parts are shared.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Identity over time.
+    pub key: CandidateKey,
+    /// Name of the generator.
+    pub generator_name: Arc<str>,
+    /// The message as it came in; this is what is published.
+    pub message: Arc<CandidateTrajectory>,
+    /// The same points for calculation, in the frame of the message.
+    pub points: Arc<[TrajectoryPoint]>,
+}
+
+impl Candidate {
+    /// A candidate from its message.
+    #[must_use]
+    pub fn new(message: Arc<CandidateTrajectory>, generator_name: Arc<str>, sample: u32) -> Self {
+        let points = points_of(&message.points);
+        Self {
+            key: CandidateKey { generator: message.generator_id, sample },
+            generator_name,
+            message,
+            points,
+        }
+    }
+}
+
+/// Points of a message for calculation.
+#[must_use]
+pub(crate) fn points_of(points: &[PointMessage]) -> Arc<[TrajectoryPoint]> {
+    points.iter().map(point_of).collect()
+}
+
+fn point_of(point: &PointMessage) -> TrajectoryPoint {
+    let time = point.time_from_start;
+    TrajectoryPoint {
+        time_from_start: TimeFromStart::from_parts(time.sec, time.nanosec),
+        pose: pose_of(&point.pose),
+        longitudinal_velocity_mps: point.longitudinal_velocity_mps,
+        lateral_velocity_mps: point.lateral_velocity_mps,
+        acceleration_mps2: point.acceleration_mps2,
+        heading_rate_rps: point.heading_rate_rps,
+        front_wheel_angle_rad: point.front_wheel_angle_rad,
+        rear_wheel_angle_rad: point.rear_wheel_angle_rad,
+    }
+}
+
+/// Pose of a message for calculation.
+#[must_use]
+pub fn pose_of(pose: &PoseMessage) -> Pose {
+    let (position, orientation) = (pose.position, pose.orientation);
+    Pose {
+        position: Point3::new(position.x, position.y, position.z),
+        orientation: Quaternion { x: orientation.x, y: orientation.y, z: orientation.z, w: orientation.w },
+    }
+}

@@ -1,0 +1,102 @@
+//! The contract of a filter, and the table of filters that exist.
+
+pub mod vehicle_constraint;
+
+use crate::candidate::Candidate;
+use crate::parameters::ValidatorParameters;
+use crate::scene::Scene;
+use crate::verdict::Judgement;
+use motion::VehicleInfo;
+use std::fmt;
+
+/// Judges candidates against one kind of danger or rule.
+///
+/// Memory that comes from sensors is updated in [`observe`](Filter::observe), once per cycle, and is read-only while
+/// judging. Memory that comes from candidates is kept by candidate key, judged at its value at the start of the cycle,
+/// and folded in [`remember`](Filter::remember). So verdicts depend neither on threads nor on other candidates.
+pub trait Filter: Send + Sync {
+    /// Stable snake_case name, as it appears in reports and parameters.
+    fn name(&self) -> &'static str;
+
+    /// Takes changed parameters; called between two cycles.
+    fn configure(&mut self, parameters: &ValidatorParameters);
+
+    /// Once per cycle, before any candidate: update memory that comes from sensors, precompute what all candidates
+    /// share.
+    fn observe(&mut self, _scene: &Scene) {}
+
+    /// Pure and parallel: the same scene, candidate and memory give the same judgement on any thread, in any order.
+    /// The candidate's data is valid: at least two points, all numbers finite, times never decrease.
+    fn judge(&self, scene: &Scene, candidate: &Candidate, scratch: &mut Scratch) -> Judgement;
+
+    /// Once per cycle, after all candidates, in message order: fold what each candidate left behind.
+    fn remember(&mut self, _judged: &[(&Candidate, &Judgement)]) {}
+
+    /// One line of plain words on why the candidate is not feasible: what, where, when. `None` if it is feasible.
+    fn explain(&self, judgement: &Judgement) -> Option<String> {
+        crate::verdict::explain(judgement)
+    }
+}
+
+impl fmt::Debug for dyn Filter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Filter").field(&self.name()).finish()
+    }
+}
+
+/// Buffers that a thread reuses from candidate to candidate, so that judging allocates nothing in steady state.
+/// Their content means nothing between two calls.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// One number for each point of a candidate.
+    pub per_point: Vec<f64>,
+}
+
+/// A kind of filter that can be loaded by name.
+#[derive(Debug, Clone, Copy)]
+pub struct FilterClass {
+    /// Name in `filter_names`, for example `safety::VehicleConstraintFilter`. The part before `::` is the category.
+    pub class_name: &'static str,
+    /// Name of the filter itself, for example `vehicle_constraint_filter`.
+    pub short_name: &'static str,
+    /// Makes the filter.
+    pub make: fn(&ValidatorParameters, &VehicleInfo) -> Box<dyn Filter>,
+}
+
+impl FilterClass {
+    /// Text before the first `::` of the class name; empty if there is none.
+    #[must_use]
+    pub fn category(&self) -> &'static str {
+        self.class_name.split_once("::").map_or("", |(category, _)| category)
+    }
+
+    /// The class with this name.
+    #[must_use]
+    pub fn find(class_name: &str) -> Option<&'static Self> {
+        CLASSES.iter().find(|class| class.class_name == class_name)
+    }
+}
+
+/// Every filter that can be loaded, in order of evaluation (ascending short name).
+pub const CLASSES: &[FilterClass] = &[FilterClass {
+    class_name: "safety::VehicleConstraintFilter",
+    short_name: vehicle_constraint::NAME,
+    make: |parameters, vehicle| {
+        Box::new(vehicle_constraint::VehicleConstraintFilter::new(
+            parameters.vehicle_constraint.clone(),
+            vehicle.wheel_base_m(),
+        ))
+    },
+}];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_are_in_order_of_evaluation_and_unique() {
+        assert!(CLASSES.windows(2).all(|pair| pair[0].short_name < pair[1].short_name));
+        assert_eq!(FilterClass::find("safety::VehicleConstraintFilter").unwrap().category(), "safety");
+        assert!(FilterClass::find("safety::Nonsense").is_none());
+    }
+}

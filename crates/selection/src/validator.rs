@@ -1,0 +1,240 @@
+//! Loads filters and puts their judgements together.
+//!
+//! Owns the loaded filters with their memory. What it promises: the data-validity check comes first and always counts;
+//! every filter judges every candidate with valid data; an enforced filter that objects, cannot judge or panics keeps
+//! the candidate in; a shadow filter never does; a panic costs only the judgement it came with and leaves the filter
+//! usable; filters are evaluated in ascending order of their names.
+
+use crate::candidate::Candidate;
+use crate::data_validity;
+use crate::filters::{CLASSES, Filter, FilterClass, Scratch};
+use crate::parameters::ValidatorParameters;
+use crate::scene::Scene;
+use crate::verdict::{Judgement, RiskLevel, Verdict};
+use motion::VehicleInfo;
+use smallvec::SmallVec;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+/// Whether a filter's objection removes a candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Enforcement {
+    /// It does.
+    Enforced,
+    /// It is only reported.
+    Shadow,
+}
+
+/// Makes a filter anew; used at start and after a filter lost its memory to a panic.
+type Make = Arc<dyn Fn(&ValidatorParameters) -> Box<dyn Filter> + Send + Sync>;
+
+/// A filter with its place in the validator.
+pub struct LoadedFilter {
+    filter: Box<dyn Filter>,
+    category: &'static str,
+    enforcement: Enforcement,
+    make: Make,
+    /// Why `observe` failed in this cycle, if it did.
+    broken: Option<String>,
+}
+
+impl std::fmt::Debug for LoadedFilter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LoadedFilter")
+            .field("filter", &self.filter)
+            .field("enforcement", &self.enforcement)
+            .field("broken", &self.broken)
+            .finish_non_exhaustive()
+    }
+}
+
+impl LoadedFilter {
+    /// Name of the filter.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.filter.name()
+    }
+
+    /// Category of the filter.
+    #[must_use]
+    pub fn category(&self) -> &'static str {
+        self.category
+    }
+
+    /// Whether its objection counts.
+    #[must_use]
+    pub fn enforcement(&self) -> Enforcement {
+        self.enforcement
+    }
+}
+
+/// A filter name in the configuration that is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is no filter `{class_name}`; known: {}", known_classes())]
+pub struct UnknownFilter {
+    /// The name as configured.
+    pub class_name: String,
+}
+
+fn known_classes() -> String {
+    CLASSES.iter().map(|class| class.class_name).collect::<Vec<_>>().join(", ")
+}
+
+/// Measures how long a filter takes. A function, so that nothing here reads a clock of its own: gives nanoseconds since
+/// any fixed instant.
+pub type Stopwatch = fn() -> u64;
+
+/// The loaded filters.
+#[derive(Debug)]
+pub struct Validator {
+    filters: Vec<LoadedFilter>,
+    parameters: ValidatorParameters,
+}
+
+impl Validator {
+    /// Loads the filters named in the parameters. Empty names are skipped; a filter named twice is loaded once, and
+    /// one named in both lists is enforced.
+    ///
+    /// # Errors
+    /// A name that no filter has.
+    pub fn new(parameters: ValidatorParameters, vehicle: &VehicleInfo) -> Result<Self, UnknownFilter> {
+        let mut validator = Self { filters: Vec::new(), parameters };
+        let enforced = validator.parameters.filter_names.clone();
+        let shadow = validator.parameters.shadow_mode_filter_names.clone();
+        let names = enforced.iter().map(|name| (name, Enforcement::Enforced));
+        for (name, enforcement) in names.chain(shadow.iter().map(|name| (name, Enforcement::Shadow))) {
+            if name.is_empty() {
+                continue;
+            }
+            let class = FilterClass::find(name).ok_or_else(|| UnknownFilter { class_name: name.clone() })?;
+            let (make, vehicle) = (class.make, *vehicle);
+            validator.load(
+                class.category(),
+                enforcement,
+                Arc::new(move |parameters: &ValidatorParameters| make(parameters, &vehicle)),
+            );
+        }
+        Ok(validator)
+    }
+
+    /// Adds a filter that is not in the table, unless one of its name is loaded already. Filters of a deployment's own
+    /// come in this way.
+    pub fn load(&mut self, category: &'static str, enforcement: Enforcement, make: Make) {
+        let filter = make(&self.parameters);
+        if self.filters.iter().any(|loaded| loaded.name() == filter.name()) {
+            return;
+        }
+        self.filters.push(LoadedFilter { filter, category, enforcement, make, broken: None });
+        self.filters.sort_by_key(LoadedFilter::name);
+    }
+
+    /// The loaded filters in order of evaluation.
+    #[must_use]
+    pub fn filters(&self) -> &[LoadedFilter] {
+        &self.filters
+    }
+
+    /// Hands changed parameters to every filter; to be called between two cycles. Which filters are loaded stays.
+    pub fn configure(&mut self, parameters: ValidatorParameters) {
+        self.parameters = parameters;
+        for loaded in &mut self.filters {
+            loaded.filter.configure(&self.parameters);
+        }
+    }
+
+    /// Once per cycle, before any candidate is judged. A filter that panics here judges nothing in this cycle: its
+    /// judgements are failures.
+    pub fn observe(&mut self, scene: &Scene) {
+        for loaded in &mut self.filters {
+            let outcome = catch_unwind(AssertUnwindSafe(|| loaded.filter.observe(scene)));
+            loaded.broken = outcome.err().map(|panic| panic_text(panic.as_ref()));
+        }
+    }
+
+    /// Judges one candidate with every filter. `times_ns[i]` grows by the time that filter `i` took; slots that are
+    /// not there are not measured.
+    pub fn judge(
+        &self,
+        scene: &Scene,
+        candidate: &Candidate,
+        scratch: &mut Scratch,
+        stopwatch: Stopwatch,
+        times_ns: &mut [u64],
+    ) -> Verdict {
+        let data_validity = data_validity::judge(scene, candidate);
+        let mut judgements = SmallVec::new();
+        if data_validity.feasible {
+            let mut started = stopwatch();
+            for (index, loaded) in self.filters.iter().enumerate() {
+                judgements.push(judge_with(loaded, scene, candidate, scratch));
+                let ended = stopwatch();
+                if let Some(time) = times_ns.get_mut(index) {
+                    *time += ended.saturating_sub(started);
+                }
+                started = ended;
+            }
+        }
+        self.verdict(candidate, data_validity, judgements)
+    }
+
+    fn verdict(
+        &self,
+        candidate: &Candidate,
+        data_validity: Judgement,
+        judgements: SmallVec<[Judgement; 6]>,
+    ) -> Verdict {
+        let is_enforced = |index: usize| self.filters[index].enforcement == Enforcement::Enforced;
+        let enforced = judgements.iter().enumerate().filter(|(index, _)| is_enforced(*index));
+        Verdict {
+            key: candidate.key,
+            accepted: data_validity.feasible && enforced.clone().all(|(_, judgement)| judgement.feasible),
+            feasible: data_validity.feasible && judgements.iter().all(|judgement| judgement.feasible),
+            risk: enforced.map(|(_, judgement)| judgement.risk()).fold(data_validity.risk(), RiskLevel::max),
+            data_validity,
+            judgements,
+        }
+    }
+
+    /// Once per cycle, after all candidates: lets every filter fold its memory, candidates in message order. Candidates
+    /// with invalid data and judgements that panicked leave nothing behind. A filter that panics here starts anew with
+    /// empty memory, which is the cautious state of every filter.
+    pub fn remember(&mut self, candidates: &[Candidate], verdicts: &[Verdict]) {
+        for (index, loaded) in self.filters.iter_mut().enumerate() {
+            let judged: Vec<(&Candidate, &Judgement)> = candidates
+                .iter()
+                .zip(verdicts)
+                .filter_map(|(candidate, verdict)| Some((candidate, verdict.judgements.get(index)?)))
+                .filter(|(_, judgement)| judgement.failure.is_none())
+                .collect();
+            let outcome = catch_unwind(AssertUnwindSafe(|| loaded.filter.remember(&judged)));
+            if outcome.is_err() || loaded.broken.is_some() {
+                loaded.filter = (loaded.make)(&self.parameters);
+            }
+        }
+    }
+}
+
+fn judge_with(
+    loaded: &LoadedFilter,
+    scene: &Scene,
+    candidate: &Candidate,
+    scratch: &mut Scratch,
+) -> Judgement {
+    if let Some(what) = &loaded.broken {
+        return Judgement::panicked(what.clone());
+    }
+    let judge = AssertUnwindSafe(|| loaded.filter.judge(scene, candidate, &mut *scratch));
+    catch_unwind(judge).unwrap_or_else(|panic| {
+        *scratch = Scratch::default();
+        Judgement::panicked(panic_text(panic.as_ref()))
+    })
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text").to_owned()
+}
+
+#[cfg(test)]
+mod tests;

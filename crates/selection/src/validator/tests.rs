@@ -1,0 +1,286 @@
+//! What the validator promises about enforcement, order, failures and memory.
+
+use super::*;
+use crate::report;
+use crate::test_scene::{candidate_of, scene, straight};
+use crate::verdict::{Failure, Metric};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A filter that does what it is told.
+struct Scripted {
+    name: &'static str,
+    judge: fn(&Candidate) -> Judgement,
+    observe: fn(),
+    remember: fn(u64),
+    /// Candidates folded so far: its memory.
+    folded: u64,
+}
+
+impl Filter for Scripted {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn configure(&mut self, _: &ValidatorParameters) {}
+
+    fn observe(&mut self, _: &Scene) {
+        (self.observe)();
+    }
+
+    fn judge(&self, _: &Scene, candidate: &Candidate, _: &mut Scratch) -> Judgement {
+        let mut judgement = (self.judge)(candidate);
+        judgement.metrics.push(Metric {
+            name: "folded",
+            value: self.folded as f64,
+            threshold: f64::NAN,
+            risk: RiskLevel::Safe,
+        });
+        judgement
+    }
+
+    fn remember(&mut self, judged: &[(&Candidate, &Judgement)]) {
+        (self.remember)(self.folded);
+        self.folded += judged.len() as u64;
+    }
+}
+
+fn accept(_: &Candidate) -> Judgement {
+    Judgement::feasible([])
+}
+
+fn reject(_: &Candidate) -> Judgement {
+    let danger = Metric { name: "m", value: 1.0, threshold: 0.0, risk: RiskLevel::Danger };
+    Judgement { feasible: false, ..Judgement::feasible([danger]) }
+}
+
+fn panic_on_slow(candidate: &Candidate) -> Judgement {
+    assert!(candidate.points[0].longitudinal_velocity_mps > 1.0, "too slow for me");
+    Judgement::feasible([])
+}
+
+fn nothing() {}
+
+fn scripted(
+    name: &'static str,
+    judge: fn(&Candidate) -> Judgement,
+    observe: fn(),
+    remember: fn(u64),
+) -> Make {
+    Arc::new(move |_: &ValidatorParameters| {
+        Box::new(Scripted { name, judge, observe, remember, folded: 0 }) as Box<dyn Filter>
+    })
+}
+
+fn no_filters() -> ValidatorParameters {
+    ValidatorParameters {
+        filter_names: vec![String::new()],
+        shadow_mode_filter_names: Vec::new(),
+        ..ValidatorParameters::default()
+    }
+}
+
+/// Name, enforcement and behaviour of a filter.
+type Script = (&'static str, Enforcement, fn(&Candidate) -> Judgement);
+
+fn validator(filters: &[Script]) -> Validator {
+    let mut validator = Validator::new(no_filters(), &VehicleInfo::default()).unwrap();
+    for &(name, enforcement, judge) in filters {
+        validator.load("safety", enforcement, scripted(name, judge, nothing, |_| ()));
+    }
+    validator
+}
+
+fn judge(validator: &Validator, candidate: &Candidate) -> Verdict {
+    validator.judge(&scene(), candidate, &mut Scratch::default(), || 0, &mut [])
+}
+
+#[test]
+fn without_filters_every_valid_candidate_is_accepted() {
+    let verdict = judge(&validator(&[]), &candidate_of(straight(5, 5.0)));
+    assert!(verdict.accepted && verdict.feasible);
+    assert_eq!(verdict.risk, RiskLevel::Safe);
+}
+
+#[test]
+fn enforced_filters_reject_and_shadow_filters_only_report() {
+    use Enforcement::*;
+    /// Name of the case, filters, accepted, feasible, risk.
+    type Case =
+        (&'static str, Vec<(&'static str, Enforcement, fn(&Candidate) -> Judgement)>, bool, bool, RiskLevel);
+    let cases: Vec<Case> = vec![
+        ("enforced accepts", vec![("a", Enforced, accept)], true, true, RiskLevel::Safe),
+        ("enforced rejects", vec![("a", Enforced, reject)], false, false, RiskLevel::Danger),
+        ("shadow rejects", vec![("a", Shadow, reject)], true, false, RiskLevel::Safe),
+        ("one of each", vec![("a", Enforced, accept), ("b", Shadow, reject)], true, false, RiskLevel::Safe),
+        (
+            "both reject",
+            vec![("a", Enforced, reject), ("b", Shadow, reject)],
+            false,
+            false,
+            RiskLevel::Danger,
+        ),
+    ];
+    for (name, filters, accepted, feasible, risk) in cases {
+        let verdict = judge(&validator(&filters), &candidate_of(straight(5, 5.0)));
+        assert_eq!((verdict.accepted, verdict.feasible, verdict.risk), (accepted, feasible, risk), "{name}");
+    }
+}
+
+#[test]
+fn all_filters_judge_in_order_of_their_names() {
+    let validator = validator(&[("b", Enforcement::Enforced, reject), ("a", Enforcement::Shadow, reject)]);
+    let names: Vec<_> = validator.filters().iter().map(LoadedFilter::name).collect();
+    assert_eq!(names, ["a", "b"]);
+    assert_eq!(judge(&validator, &candidate_of(straight(5, 5.0))).judgements.len(), 2, "no short-circuit");
+}
+
+#[test]
+fn invalid_data_is_rejected_whatever_the_filters_say_and_no_filter_sees_it() {
+    let validator = validator(&[("a", Enforcement::Enforced, |_| panic!("must not be asked"))]);
+    let verdict = judge(&validator, &candidate_of(straight(1, 5.0)));
+    assert!(!verdict.accepted && !verdict.feasible);
+    assert_eq!((verdict.risk, verdict.judgements.len()), (RiskLevel::Danger, 0));
+}
+
+#[test]
+fn a_panic_costs_only_the_judgement_it_came_with() {
+    let enforced = validator(&[("a", Enforcement::Enforced, panic_on_slow)]);
+    let slow = judge(&enforced, &candidate_of(straight(5, 0.5)));
+    assert!(!slow.accepted);
+    assert_eq!(slow.risk, RiskLevel::Fatal);
+    assert_eq!(slow.judgements[0].failure, Some(Failure::Panicked("too slow for me".to_owned())));
+    assert!(judge(&enforced, &candidate_of(straight(5, 5.0))).accepted);
+
+    let shadow = validator(&[("a", Enforcement::Shadow, panic_on_slow)]);
+    let slow = judge(&shadow, &candidate_of(straight(5, 0.5)));
+    assert!(slow.accepted && !slow.feasible, "a shadow filter never rejects");
+    assert_eq!(slow.judgements[0].risk(), RiskLevel::Fatal, "but its failure is in the report");
+}
+
+#[test]
+fn a_panic_while_observing_fails_every_judgement_of_the_cycle_and_the_next_cycle_is_normal() {
+    static CYCLE: AtomicU64 = AtomicU64::new(0);
+    fn observe() {
+        assert!(CYCLE.fetch_add(1, Ordering::Relaxed) != 1, "second cycle");
+    }
+    let mut validator = validator(&[]);
+    validator.load("safety", Enforcement::Enforced, scripted("a", accept, observe, |_| ()));
+    let candidates = [candidate_of(straight(5, 5.0))];
+    let mut accepted = Vec::new();
+    for _ in 0..3 {
+        validator.observe(&scene());
+        let verdict = judge(&validator, &candidates[0]);
+        accepted.push(verdict.accepted);
+        validator.remember(&candidates, &[verdict]);
+    }
+    assert_eq!(accepted, [true, false, true]);
+}
+
+#[test]
+fn a_panic_while_remembering_starts_the_filter_anew() {
+    let mut validator = validator(&[]);
+    let remember: fn(u64) = |folded| assert!(folded < 2, "memory is full");
+    validator.load("safety", Enforcement::Enforced, scripted("a", accept, nothing, remember));
+    let candidates = [candidate_of(straight(5, 5.0))];
+    let mut seen = Vec::new();
+    for _ in 0..4 {
+        let verdict = judge(&validator, &candidates[0]);
+        seen.push(verdict.judgements[0].metrics[0].value as u64);
+        validator.remember(&candidates, &[verdict]);
+    }
+    assert_eq!(seen, [0, 1, 2, 0]);
+}
+
+#[test]
+fn invalid_data_and_failures_leave_no_memory() {
+    let mut validator = validator(&[("a", Enforcement::Enforced, panic_on_slow)]);
+    let candidates =
+        [candidate_of(straight(1, 5.0)), candidate_of(straight(5, 0.5)), candidate_of(straight(5, 5.0))];
+    let verdicts: Vec<_> = candidates.iter().map(|candidate| judge(&validator, candidate)).collect();
+    validator.remember(&candidates, &verdicts);
+    let next = judge(&validator, &candidates[2]);
+    assert_eq!(next.judgements[0].metrics[0].value as u64, 1, "only the third candidate counts");
+}
+
+#[test]
+fn loading_by_name() {
+    let vehicle = VehicleInfo::default();
+    let load = |enforced: &[&str], shadow: &[&str]| {
+        let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+        let parameters = ValidatorParameters {
+            filter_names: names(enforced),
+            shadow_mode_filter_names: names(shadow),
+            ..ValidatorParameters::default()
+        };
+        Validator::new(parameters, &vehicle)
+    };
+    let name = "safety::VehicleConstraintFilter";
+    assert_eq!(load(&[""], &[]).unwrap().filters().len(), 0, "an empty name is skipped");
+    let both = load(&[name, name], &[name]).unwrap();
+    assert_eq!(both.filters().len(), 1);
+    assert_eq!(both.filters()[0].enforcement(), Enforcement::Enforced, "a filter in both lists is enforced");
+    assert_eq!(both.filters()[0].category(), "safety");
+    let error = load(&["safety::Typo"], &[]).unwrap_err();
+    assert!(error.to_string().contains("safety::Typo") && error.to_string().contains(name), "{error}");
+}
+
+#[test]
+fn reports_list_every_metric_and_the_feasibility_of_each_filter() {
+    let validator = validator(&[("a", Enforcement::Shadow, reject), ("b", Enforcement::Enforced, accept)]);
+    let candidates = [candidate_of(straight(5, 5.0)), candidate_of(straight(1, 5.0))];
+    let verdicts: Vec<_> = candidates.iter().map(|candidate| judge(&validator, candidate)).collect();
+    let reports = report::validation_reports(&validator, &candidates, &verdicts).reports;
+    let listed = |index: usize| -> Vec<(String, u8)> {
+        let metrics = reports[index].metrics.iter();
+        metrics
+            .map(|metric| (format!("{}/{}", metric.validator_name, metric.metric_name), metric.risk.level))
+            .collect()
+    };
+    let expected: Vec<(String, u8)> = [
+        ("data_validity/data_validity", 0),
+        ("a/m", 3),
+        ("a/folded", 0),
+        ("a/trajectory_feasibility", 3),
+        ("b/folded", 0),
+        ("b/trajectory_feasibility", 0),
+    ]
+    .map(|(name, level)| (name.to_owned(), level))
+    .into();
+    assert_eq!(listed(0), expected);
+    assert_eq!(reports[0].risk.level, 0, "a shadow filter's metrics do not count");
+    assert_eq!(listed(1), [("data_validity/data_validity".to_owned(), 3)]);
+    assert_eq!(reports[1].risk.level, 3);
+
+    let summaries = report::filter_summaries(&validator, &verdicts);
+    let counts: Vec<_> =
+        summaries.iter().map(|filter| (filter.name, filter.judged, filter.rejected)).collect();
+    assert_eq!(counts, [("data_validity", 2, 1), ("a", 1, 1), ("b", 1, 0)]);
+    assert_eq!(summaries[1].first_reason.as_deref(), Some("Found failed metrics"));
+    assert_eq!(report::rejection_names(&verdicts[0].judgements[0]).collect::<Vec<_>>(), ["m"]);
+}
+
+#[test]
+fn each_generator_of_the_validated_set_is_listed_once() {
+    use crate::concatenator::Concatenator;
+    use messages::autoware_internal_planning_msgs::{
+        CandidateTrajectories, CandidateTrajectory, GeneratorInfo,
+    };
+    let mut concatenator = Concatenator::new(1.0);
+    concatenator.add(&CandidateTrajectories {
+        candidate_trajectories: (0..3).map(|_| Arc::new(CandidateTrajectory::default())).collect(),
+        generator_info: vec![GeneratorInfo::default()],
+    });
+    let concatenated = concatenator.get(Default::default());
+    let verdict = |accepted| Verdict {
+        key: concatenated.candidates[0].key,
+        accepted,
+        feasible: accepted,
+        risk: RiskLevel::Safe,
+        data_validity: Judgement::default(),
+        judgements: SmallVec::new(),
+    };
+    let set = report::validated_set(&concatenated, &[verdict(true), verdict(false), verdict(true)]);
+    assert_eq!((set.candidate_trajectories.len(), set.generator_info.len()), (2, 1));
+    let none = report::validated_set(&concatenated, &[verdict(false), verdict(false), verdict(false)]);
+    assert_eq!((none.candidate_trajectories.len(), none.generator_info.len()), (0, 0));
+}
