@@ -1,0 +1,108 @@
+//! A cycle is one value in and one value out.
+
+use messages::autoware_internal_planning_msgs::CandidateTrajectories;
+use messages::autoware_trajectory_validator::ValidationReportArray;
+use selection::report::FilterSummary;
+use selection::{Concatenated, MissingInput, Scene, Verdict};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// What started a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Trigger {
+    /// A message with generative candidates arrived.
+    Anchor,
+    /// No anchor arrived for the fallback period.
+    Timer,
+}
+
+impl Trigger {
+    /// Stable name for reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Anchor => "anchor",
+            Self::Timer => "timer",
+        }
+    }
+}
+
+/// Everything that a cycle works on.
+#[derive(Debug, Clone)]
+pub struct Cycle {
+    /// From 1.
+    pub number: u64,
+    /// What started it.
+    pub trigger: Trigger,
+    /// When the trigger arrived, for latencies.
+    pub arrived: Instant,
+    /// Time spent on collecting candidates and scene.
+    pub snapshot: Duration,
+    /// The world.
+    pub scene: Arc<Scene>,
+    /// The fresh candidates.
+    pub concatenated: Concatenated,
+}
+
+/// How a cycle ended.
+#[derive(Debug, Clone)]
+pub enum Outcome {
+    /// There was no candidate; nothing is published.
+    NoCandidates,
+    /// A mandatory input is missing; no validated set is published.
+    MissingInput(MissingInput),
+    /// The validation itself broke down outside of any filter; no validated set is published.
+    Failed(String),
+    /// Every candidate was judged.
+    Judged(Judged),
+}
+
+impl Outcome {
+    /// Why nothing was judged, as a stable name; `None` if everything was.
+    #[must_use]
+    pub fn early_return(&self) -> Option<&'static str> {
+        match self {
+            Self::NoCandidates => Some("no_candidates"),
+            Self::MissingInput(input) => Some(input.name()),
+            Self::Failed(_) => Some("validation_failed"),
+            Self::Judged(_) => None,
+        }
+    }
+}
+
+/// The verdicts of a cycle and the messages made from them.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// One for each candidate, in order.
+    pub verdicts: Vec<Verdict>,
+    /// The accepted candidates.
+    pub validated: Arc<CandidateTrajectories>,
+    /// What is reported about each candidate.
+    pub reports: Arc<ValidationReportArray>,
+    /// What each filter did, the data-validity check first.
+    pub filters: Vec<FilterSummary>,
+    /// Time spent in each loaded filter, over all candidates and threads; names as in `filters` without the first.
+    pub filter_times: Vec<Duration>,
+    /// Time spent before the first candidate.
+    pub observe: Duration,
+    /// Time from the first candidate to the last, folding included.
+    pub judge: Duration,
+}
+
+/// A cycle that came to its end.
+#[derive(Debug, Clone)]
+pub struct CycleReport {
+    /// What went in.
+    pub cycle: Cycle,
+    /// What came out.
+    pub outcome: Outcome,
+}
+
+/// How long the stages around the judging took.
+#[derive(Debug, Clone, Copy)]
+pub struct CycleTimes {
+    /// From handing the report to the publisher to the last output handed over.
+    pub publish: Duration,
+    /// From the arrival of the trigger to the last output handed over.
+    pub cycle: Duration,
+}

@@ -1,0 +1,86 @@
+//! What `/diagnostics` says about a cycle.
+
+use crate::cycle::{CycleReport, Outcome};
+use crate::topics::NODE_NAME;
+use messages::builtin_interfaces::Time;
+use messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use messages::std_msgs::Header;
+use selection::Enforcement;
+use selection::report::FilterSummary;
+use std::fmt::Display;
+
+/// One status for the validator. Its level follows from the enforced filters only: shadow filters are values.
+pub(super) fn of_cycle(report: &CycleReport) -> DiagnosticArray {
+    let (level, message) = level(&report.outcome);
+    let mut values = Vec::new();
+    if let Outcome::Judged(judged) = &report.outcome {
+        judged.filters.iter().for_each(|filter| add_filter(&mut values, filter));
+        let accepted = judged.validated.candidate_trajectories.len();
+        add(&mut values, "candidates.accepted", &accepted);
+    }
+    add(&mut values, "candidates.input", &report.cycle.concatenated.candidates.len());
+    add(&mut values, "candidates.stale", &report.cycle.concatenated.stale.len());
+    add(&mut values, "cycle.trigger", &report.cycle.trigger.name());
+    add_input_ages(&mut values, report);
+    let header = Header { stamp: report.cycle.scene.now, frame_id: String::new() };
+    let status = DiagnosticStatus {
+        level,
+        name: format!("{NODE_NAME}: trajectory_validator"),
+        message,
+        hardware_id: NODE_NAME.to_owned(),
+        values,
+    };
+    DiagnosticArray { header, status: vec![status] }
+}
+
+fn level(outcome: &Outcome) -> (u8, String) {
+    let judged = match outcome {
+        Outcome::NoCandidates => {
+            return (DiagnosticStatus::STALE, "No concatenated trajectories received yet".to_owned());
+        }
+        Outcome::MissingInput(input) => return (DiagnosticStatus::WARN, input.to_string()),
+        Outcome::Failed(why) => return (DiagnosticStatus::ERROR, why.clone()),
+        Outcome::Judged(judged) => judged,
+    };
+    let accepted = judged.validated.candidate_trajectories.len();
+    if judged.filters.iter().any(|filter| filter.worst_risk == selection::RiskLevel::Fatal) {
+        return (DiagnosticStatus::ERROR, "A filter panicked".to_owned());
+    }
+    match judged.verdicts.len() {
+        all if accepted == all => (DiagnosticStatus::OK, "OK".to_owned()),
+        _ if accepted == 0 => (DiagnosticStatus::ERROR, "No feasible trajectories found".to_owned()),
+        _ => (DiagnosticStatus::WARN, "At least one trajectory is infeasible".to_owned()),
+    }
+}
+
+fn add(values: &mut Vec<KeyValue>, key: impl Into<String>, value: &dyn Display) {
+    values.push(KeyValue { key: key.into(), value: value.to_string() });
+}
+
+fn add_filter(values: &mut Vec<KeyValue>, filter: &FilterSummary) {
+    let name = filter.name;
+    add(values, name, if filter.rejected == 0 { &"OK" } else { &"NG" });
+    add(values, format!("{name}.rejected"), &filter.rejected);
+    add(values, format!("{name}.worst_risk"), &filter.worst_risk);
+    add(values, format!("{name}.shadow"), &(filter.enforcement == Enforcement::Shadow));
+}
+
+/// Inputs never expire, so their age is shown to whoever watches.
+fn add_input_ages(values: &mut Vec<KeyValue>, report: &CycleReport) {
+    let scene = &report.cycle.scene;
+    let inputs = [
+        ("odometry", scene.odometry.as_ref().map(|message| message.header.stamp)),
+        ("objects", scene.objects.as_ref().map(|message| message.header.stamp)),
+        ("acceleration", scene.acceleration.as_ref().map(|message| message.header.stamp)),
+        ("traffic_signals", scene.traffic_signals.as_ref().map(|message| message.stamp)),
+    ];
+    for (input, stamp) in inputs {
+        let age =
+            stamp.map_or("never received".to_owned(), |stamp| format!("{:.3}", age_s(scene.now, stamp)));
+        add(values, format!("input.{input}.age_s"), &age);
+    }
+}
+
+fn age_s(now: Time, stamp: Time) -> f64 {
+    (now.nanoseconds() - stamp.nanoseconds()) as f64 * 1e-9
+}

@@ -1,0 +1,312 @@
+//! Owns the rule of when a cycle runs: at once for an anchor, after the fallback period without one, one at a time.
+//!
+//! Triggers that arrive while a cycle runs are merged into one that follows it; an anchor outranks the timer. The timer
+//! is re-armed from the time after an anchor cycle has ended, also when that cycle returned early. The timer's wake-up
+//! does not sit in a mailbox that messages can flood: its task sleeps beside the actors and only sends the wake-up here,
+//! where nothing but triggers arrives.
+
+mod fallback_timer;
+
+pub use fallback_timer::FallbackTimer;
+
+use crate::buffer::{Buffer, TakeFresh};
+use crate::clock::Clock;
+use crate::cycle::{Cycle, Trigger};
+use crate::sensors::{Sensors, TakeSnapshot};
+use crate::validation::Validation;
+use actix::fut::WrapFuture;
+use actix::{
+    Actor, ActorFutureExt, Addr, AsyncContext, Context, Handler, MailboxError, Message, MessageResult,
+};
+use crossbeam_channel::Sender;
+use messages::builtin_interfaces::Time;
+use selection::{Concatenated, Scene};
+use std::sync::Arc;
+use std::time::Instant;
+use tokio::sync::watch;
+use tracing::{error, info};
+
+/// The actors that a cycle passes through.
+#[derive(Debug)]
+pub(crate) struct Stages {
+    pub(crate) buffer: Addr<Buffer>,
+    pub(crate) sensors: Addr<Sensors>,
+    pub(crate) validation: Addr<Validation>,
+}
+
+/// The owner of the trigger rule.
+#[derive(Debug)]
+pub(crate) struct Scheduler {
+    clock: Clock,
+    timer: FallbackTimer,
+    /// Tells the sleeping timer task when to wake up.
+    deadline: watch::Sender<Time>,
+    stages: Option<Stages>,
+    running: Option<Trigger>,
+    pending: Option<Triggered>,
+    cycles: u64,
+    coalesced: u64,
+    waiting: Vec<Sender<SchedulerState>>,
+}
+
+/// What the scheduler has done so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SchedulerState {
+    /// Cycles started.
+    pub cycles: u64,
+    /// Triggers that were merged into a later cycle.
+    pub coalesced: u64,
+    /// When the fallback timer is due.
+    pub deadline: Time,
+}
+
+impl Scheduler {
+    pub(crate) fn new(clock: Clock, fallback_period_ms: i64) -> Self {
+        let timer = FallbackTimer::new(clock.now(), fallback_period_ms);
+        info!("New concatenate_and_validate timer callback created with period {fallback_period_ms}.");
+        let deadline = watch::Sender::new(timer.deadline());
+        Self {
+            clock,
+            timer,
+            deadline,
+            stages: None,
+            running: None,
+            pending: None,
+            cycles: 0,
+            coalesced: 0,
+            waiting: Vec::new(),
+        }
+    }
+
+    fn state(&self) -> SchedulerState {
+        SchedulerState { cycles: self.cycles, coalesced: self.coalesced, deadline: self.timer.deadline() }
+    }
+
+    fn announce_deadline(&self) {
+        self.deadline.send_replace(self.timer.deadline());
+    }
+
+    fn trigger(&mut self, triggered: Triggered, ctx: &mut Context<Self>) {
+        if self.running.is_none() {
+            self.start(&triggered, ctx);
+            return;
+        }
+        self.pending = Some(match self.pending.take() {
+            None => triggered,
+            Some(earlier) => {
+                self.coalesced += 1;
+                earlier.merge(&triggered)
+            }
+        });
+    }
+
+    fn start(&mut self, triggered: &Triggered, ctx: &mut Context<Self>) {
+        let Some(stages) = &self.stages else { return };
+        self.running = Some(triggered.trigger);
+        self.cycles += 1;
+        let (number, now, started) = (self.cycles, self.clock.now(), Instant::now());
+        let Triggered { trigger, arrived } = *triggered;
+        // Candidates first: the scene is then at least as new as they are.
+        let fresh = stages.buffer.send(TakeFresh(now));
+        let scene = stages.sensors.send(TakeSnapshot(now));
+        let collected = async move { Ok((fresh.await?, scene.await?)) };
+        let collected = collected.into_actor(self).map(move |inputs, scheduler, ctx| {
+            let inputs: Result<(Concatenated, Arc<Scene>), MailboxError> = inputs;
+            match inputs {
+                Ok((concatenated, scene)) => {
+                    let snapshot = started.elapsed();
+                    let cycle = Cycle { number, trigger, arrived, snapshot, scene, concatenated };
+                    scheduler.hand_over(cycle);
+                }
+                Err(gone) => {
+                    error!("cycle {number} is given up, an owner of its inputs is gone: {gone}");
+                    scheduler.end(ctx);
+                }
+            }
+        });
+        ctx.spawn(collected);
+    }
+
+    fn hand_over(&mut self, cycle: Cycle) {
+        if let Some(stages) = &self.stages {
+            stages.validation.do_send(cycle);
+        }
+    }
+
+    /// The cycle is over: re-arm the timer if an anchor had started it, then run what came meanwhile.
+    fn end(&mut self, ctx: &mut Context<Self>) {
+        if self.running.take() == Some(Trigger::Anchor) {
+            self.timer.reset(self.clock.now());
+            self.announce_deadline();
+        }
+        if let Some(pending) = self.pending.take() {
+            self.start(&pending, ctx);
+            return;
+        }
+        let state = self.state();
+        for waiting in self.waiting.drain(..) {
+            // Whoever no longer waits does not need the answer.
+            let _ = waiting.send(state);
+        }
+    }
+}
+
+impl Actor for Scheduler {
+    type Context = Context<Self>;
+}
+
+/// Wires the scheduler to the stages; they in turn know the scheduler.
+#[derive(Debug)]
+pub(crate) struct Wire(pub(crate) Stages);
+
+impl Message for Wire {
+    type Result = ();
+}
+
+impl Handler<Wire> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, Wire(stages): Wire, _: &mut Self::Context) {
+        self.stages = Some(stages);
+    }
+}
+
+/// A reason to run a cycle.
+#[derive(Debug, Clone)]
+pub(crate) struct Triggered {
+    pub(crate) trigger: Trigger,
+    pub(crate) arrived: Instant,
+}
+
+impl Triggered {
+    /// Both wait for the same cycle: an anchor outranks the timer, and latency counts from the earlier arrival.
+    fn merge(self, later: &Self) -> Self {
+        let is_anchor = [self.trigger, later.trigger].contains(&Trigger::Anchor);
+        Self {
+            trigger: if is_anchor { Trigger::Anchor } else { Trigger::Timer },
+            arrived: self.arrived.min(later.arrived),
+        }
+    }
+}
+
+impl Message for Triggered {
+    type Result = ();
+}
+
+impl Handler<Triggered> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, triggered: Triggered, ctx: &mut Self::Context) {
+        self.trigger(triggered, ctx);
+    }
+}
+
+/// The clock may have reached the timer's deadline.
+#[derive(Debug)]
+pub(crate) struct TimerWakeUp;
+
+impl Message for TimerWakeUp {
+    type Result = ();
+}
+
+impl Handler<TimerWakeUp> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, _: TimerWakeUp, ctx: &mut Self::Context) {
+        let fires = self.timer.fire(self.clock.now());
+        self.announce_deadline();
+        if fires {
+            self.trigger(Triggered { trigger: Trigger::Timer, arrived: Instant::now() }, ctx);
+        }
+    }
+}
+
+/// The outputs of the running cycle are handed over.
+#[derive(Debug)]
+pub(crate) struct CycleEnded;
+
+impl Message for CycleEnded {
+    type Result = ();
+}
+
+impl Handler<CycleEnded> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, _: CycleEnded, ctx: &mut Self::Context) {
+        self.end(ctx);
+    }
+}
+
+/// Changes the fallback period. The same value again leaves the timer alone.
+#[derive(Debug)]
+pub(crate) struct SetFallbackPeriod(pub(crate) i64);
+
+impl Message for SetFallbackPeriod {
+    type Result = ();
+}
+
+impl Handler<SetFallbackPeriod> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, SetFallbackPeriod(period_ms): SetFallbackPeriod, _: &mut Self::Context) {
+        if self.timer.set_period(self.clock.now(), period_ms) {
+            info!("New concatenate_and_validate timer callback created with period {period_ms}.");
+            self.announce_deadline();
+        }
+    }
+}
+
+/// Asks to be told when no cycle runs or waits.
+#[derive(Debug)]
+pub(crate) struct WaitForIdle(pub(crate) Sender<SchedulerState>);
+
+impl Message for WaitForIdle {
+    type Result = ();
+}
+
+impl Handler<WaitForIdle> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, WaitForIdle(reply): WaitForIdle, _: &mut Self::Context) {
+        if self.running.is_none() {
+            // Whoever no longer waits does not need the answer.
+            let _ = reply.send(self.state());
+        } else {
+            self.waiting.push(reply);
+        }
+    }
+}
+
+/// Asks for the channel that carries the timer's deadline.
+#[derive(Debug)]
+pub(crate) struct WatchDeadline;
+
+impl Message for WatchDeadline {
+    type Result = watch::Receiver<Time>;
+}
+
+impl Handler<WatchDeadline> for Scheduler {
+    type Result = MessageResult<WatchDeadline>;
+
+    fn handle(&mut self, _: WatchDeadline, _: &mut Self::Context) -> Self::Result {
+        MessageResult(self.deadline.subscribe())
+    }
+}
+
+/// Sleeps until the deadline, however often it moves, and wakes the scheduler. Ends with the scheduler.
+pub(crate) async fn sleep_and_wake(clock: Clock, scheduler: Addr<Scheduler>) {
+    let Ok(mut deadlines) = scheduler.send(WatchDeadline).await else { return };
+    loop {
+        let wait_ns = deadlines.borrow_and_update().nanoseconds() - clock.now().nanoseconds();
+        let wait = std::time::Duration::from_nanos(u64::try_from(wait_ns).unwrap_or(0));
+        match tokio::time::timeout(wait, deadlines.changed()).await {
+            Ok(Ok(())) => {}
+            Ok(Err(_)) => return,
+            Err(_elapsed) => {
+                if scheduler.send(TimerWakeUp).await.is_err() {
+                    return;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Owns the newest message of each input and the decoded map; gives out one immutable snapshot.
+//!
+//! A map is decoded on a thread of the pool, so that it never delays an anchor, and arrives as a message. A map that
+//! cannot be decoded is reported and changes nothing. Inputs never expire, as in upstream; their age is reported.
+
+use crate::clock::Clock;
+use crate::publisher::{MapCallbackTime, Publisher};
+use crate::topics::Input;
+use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, MessageResult};
+use crossbeam_channel::Sender;
+use lanelet_map::Map;
+use messages::autoware_map_msgs::LaneletMapBin;
+use messages::builtin_interfaces::Time;
+use rayon::ThreadPool;
+use selection::Scene;
+use selection::scene::{Epoch, HdMap};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tracing::{error, info};
+
+/// The owner of the sensor state.
+#[derive(Debug)]
+pub(crate) struct Sensors {
+    scene: Scene,
+    clock: Clock,
+    pool: Arc<ThreadPool>,
+    publisher: Addr<Publisher>,
+    /// Maps being decoded; the newest one wins, whatever order they finish in.
+    decoding: u32,
+    newest_map: u64,
+    waiting: Vec<Sender<()>>,
+}
+
+impl Sensors {
+    /// `scene` says what is known before the first message; `pool` decodes maps.
+    pub(crate) fn new(scene: Scene, clock: Clock, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
+        Self { scene, clock, pool, publisher, decoding: 0, newest_map: 0, waiting: Vec::new() }
+    }
+
+    fn decode_map(&mut self, message: Arc<LaneletMapBin>, ctx: &Context<Self>) {
+        self.decoding += 1;
+        self.newest_map += 1;
+        let (number, sensors) = (self.newest_map, ctx.address());
+        self.pool.spawn(move || {
+            let started = Instant::now();
+            // The decoder promises not to panic; a map must not take the pool down if it breaks that promise.
+            let outcome = std::panic::catch_unwind(|| lanelet_map::archive::decode(&message.data));
+            let map = match outcome {
+                Ok(Ok(map)) => Ok(Arc::new(map)),
+                Ok(Err(error)) => Err(error.to_string()),
+                Err(_) => Err("the decoder panicked".to_owned()),
+            };
+            let frame_id = Arc::from(message.header.frame_id.as_str());
+            sensors.do_send(MapDecoded { number, map, frame_id, took: started.elapsed() });
+        });
+    }
+
+    fn set_map(&mut self, map: Arc<Map>, frame_id: Arc<str>) {
+        let number = self.scene.map.as_ref().map_or(0, |map| map.number) + 1;
+        info!("Map {number}: {} lanelets, frame \"{frame_id}\"", map.lanelets().len());
+        self.scene.map = Some(Epoch { number, value: HdMap { frame_id, map } });
+    }
+}
+
+impl Actor for Sensors {
+    type Context = Context<Self>;
+}
+
+/// A message of any input but candidates; those go to the buffer.
+#[derive(Debug)]
+pub(crate) struct Sense(pub(crate) Input);
+
+impl Message for Sense {
+    type Result = ();
+}
+
+impl Handler<Sense> for Sensors {
+    type Result = ();
+
+    fn handle(&mut self, Sense(input): Sense, ctx: &mut Self::Context) {
+        match input {
+            Input::Map(message) => self.decode_map(message, ctx),
+            Input::ReadyMap(map, frame_id) => {
+                self.newest_map += 1;
+                self.set_map(map, frame_id);
+            }
+            Input::Route(route) => {
+                let number = self.scene.route.as_ref().map_or(0, |route| route.number) + 1;
+                self.scene.route = Some(Epoch { number, value: route });
+            }
+            Input::Odometry(odometry) => self.scene.odometry = Some(odometry),
+            Input::Acceleration(acceleration) => self.scene.acceleration = Some(acceleration),
+            Input::Objects(objects) => self.scene.objects = Some(objects),
+            Input::TrafficSignals(signals) => self.scene.traffic_signals = Some(signals),
+            // The system routes candidates to the buffer.
+            Input::Generative(_) | Input::Backup(_) => {}
+        }
+    }
+}
+
+/// A map came back from decoding.
+#[derive(Debug)]
+struct MapDecoded {
+    number: u64,
+    map: Result<Arc<Map>, String>,
+    frame_id: Arc<str>,
+    took: Duration,
+}
+
+impl Message for MapDecoded {
+    type Result = ();
+}
+
+impl Handler<MapDecoded> for Sensors {
+    type Result = ();
+
+    fn handle(&mut self, decoded: MapDecoded, _: &mut Self::Context) {
+        self.decoding -= 1;
+        match decoded.map {
+            Ok(map) if decoded.number == self.newest_map => self.set_map(map, decoded.frame_id),
+            Ok(_) => info!("A map that a newer one has overtaken is dropped"),
+            Err(why) => error!("The lanelet map cannot be decoded and is ignored: {why}"),
+        }
+        self.publisher.do_send(MapCallbackTime { took: decoded.took, now: self.clock.now() });
+        if self.decoding == 0 {
+            for waiting in self.waiting.drain(..) {
+                // Whoever no longer waits does not need the answer.
+                let _ = waiting.send(());
+            }
+        }
+    }
+}
+
+/// Asks for the world as it is known now.
+#[derive(Debug)]
+pub(crate) struct TakeSnapshot(pub(crate) Time);
+
+impl Message for TakeSnapshot {
+    type Result = Arc<Scene>;
+}
+
+impl Handler<TakeSnapshot> for Sensors {
+    type Result = MessageResult<TakeSnapshot>;
+
+    fn handle(&mut self, TakeSnapshot(now): TakeSnapshot, _: &mut Self::Context) -> Self::Result {
+        MessageResult(Arc::new(Scene { now, ..self.scene.clone() }))
+    }
+}
+
+/// Asks to be told when everything received so far is in the snapshot.
+#[derive(Debug)]
+pub(crate) struct WaitForSensors(pub(crate) Sender<()>);
+
+impl Message for WaitForSensors {
+    type Result = ();
+}
+
+impl Handler<WaitForSensors> for Sensors {
+    type Result = ();
+
+    fn handle(&mut self, WaitForSensors(reply): WaitForSensors, _: &mut Self::Context) {
+        if self.decoding == 0 {
+            // Whoever no longer waits does not need the answer.
+            let _ = reply.send(());
+        } else {
+            self.waiting.push(reply);
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Starts the actors, feeds them, steps their clock, and stops them.
+//!
+//! [`SelectorSystem`] is what a door to the world holds. It drives the actors in lock-step: a message is delivered and
+//! everything that it sets off has happened before the next one is. So a recorded drive gives the same outputs on any
+//! number of threads, at any speed.
+
+use crate::buffer::{Add, Buffer, SetDurationTime};
+use crate::clock::Clock;
+use crate::publisher::{PublishedTimes, Publisher, Report, Sink, SinkError};
+use crate::scheduler::{
+    Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp, WaitForIdle, Wire, sleep_and_wake,
+};
+use crate::sensors::{Sense, Sensors, WaitForSensors};
+use crate::topics::Input;
+use crate::validation::{SetValidatorParameters, Validation};
+use actix::{Actor, Addr, System};
+use crossbeam_channel::{Sender, bounded};
+use messages::autoware_perception_msgs::TrafficLightGroupArray;
+use messages::builtin_interfaces::Time;
+use motion::VehicleInfo;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use selection::parameters::ValidatorParameters;
+use selection::{Scene, Validator};
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+/// What the actors start with.
+#[derive(Debug)]
+pub struct Config {
+    /// Where time comes from.
+    pub clock: Clock,
+    /// Threads that judge; at least 1.
+    pub threads: usize,
+    /// Time without an anchor after which a cycle runs all the same.
+    pub fallback_period_ms: i64,
+    /// Age beyond which a candidate is dropped.
+    pub duration_time_s: f64,
+    /// The own vehicle.
+    pub vehicle: VehicleInfo,
+    /// The loaded filters.
+    pub validator: Validator,
+    /// Whether published times are measured.
+    pub published_times: PublishedTimes,
+}
+
+/// Why the actors cannot be started or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum SystemError {
+    /// The operating system gave no thread.
+    #[error("a thread cannot be started: {0}; are there limits on threads or memory?")]
+    NoThread(String),
+    /// An actor is gone; nothing more will be published.
+    #[error("the selector has stopped: its {0} is gone; see the log for a panic")]
+    ActorGone(&'static str),
+    /// An output could not be written. What was written before stands.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+/// The running actors.
+#[derive(Debug)]
+pub struct SelectorSystem {
+    clock: Clock,
+    actors: Actors,
+    system: System,
+    thread: Option<JoinHandle<()>>,
+    failure: Arc<OnceLock<SinkError>>,
+}
+
+#[derive(Debug, Clone)]
+struct Actors {
+    buffer: Addr<Buffer>,
+    sensors: Addr<Sensors>,
+    scheduler: Addr<Scheduler>,
+    validation: Addr<Validation>,
+}
+
+impl SelectorSystem {
+    /// Starts the actors on a thread of their own, and the pool that judges.
+    ///
+    /// # Errors
+    /// The operating system gives no threads.
+    pub fn start(config: Config, sink: Box<dyn Sink>) -> Result<Self, SystemError> {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(config.threads.max(1))
+            .thread_name(|index| format!("judge-{index}"))
+            .build()
+            .map_err(|error| SystemError::NoThread(error.to_string()))?;
+        let (clock, failure) = (config.clock.clone(), Arc::new(OnceLock::new()));
+        let (ready, started) = bounded(1);
+        let shared_failure = failure.clone();
+        let thread = std::thread::Builder::new()
+            .name("selector".to_owned())
+            .spawn(move || run_actors(config, sink, Arc::new(pool), shared_failure, &ready))
+            .map_err(|error| SystemError::NoThread(error.to_string()))?;
+        let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))?;
+        Ok(Self { clock, actors, system, thread: Some(thread), failure })
+    }
+
+    /// Takes in one message and returns when all that it sets off has happened.
+    ///
+    /// # Errors
+    /// The actors are gone, or an output cannot be written.
+    pub fn deliver(&self, input: Input) -> Result<(), SystemError> {
+        match input {
+            Input::Generative(message) => {
+                self.actors.buffer.do_send(Add { message, anchor: Some(Instant::now()) });
+                self.settle_buffer()?;
+                self.settle().map(|_| ())
+            }
+            Input::Backup(message) => {
+                self.actors.buffer.do_send(Add { message, anchor: None });
+                self.settle_buffer()
+            }
+            other => {
+                self.actors.sensors.do_send(Sense(other));
+                ask("sensors", |reply| self.actors.sensors.do_send(WaitForSensors(reply)))
+            }
+        }
+    }
+
+    /// Lets time pass until `time`: the fallback timer fires at each of its deadlines on the way.
+    ///
+    /// # Errors
+    /// The actors are gone, or an output cannot be written.
+    pub fn advance_to(&self, time: Time) -> Result<(), SystemError> {
+        loop {
+            let deadline = self.settle()?.deadline;
+            if deadline > time {
+                break;
+            }
+            self.clock.set(deadline);
+            self.wake_timer()?;
+        }
+        // A clock that was set back has to be noticed by the timer, too.
+        let goes_back = time < self.clock.now();
+        self.clock.set(time);
+        if goes_back { self.wake_timer() } else { Ok(()) }
+    }
+
+    /// Sets the clock to `time` in one leap, forward or back, as a simulator does: the timer fires at most once.
+    ///
+    /// # Errors
+    /// The actors are gone, or an output cannot be written.
+    pub fn jump_to(&self, time: Time) -> Result<(), SystemError> {
+        self.clock.set(time);
+        self.wake_timer()
+    }
+
+    fn wake_timer(&self) -> Result<(), SystemError> {
+        self.actors.scheduler.do_send(TimerWakeUp);
+        self.settle().map(|_| ())
+    }
+
+    /// Returns when no cycle runs or waits.
+    ///
+    /// # Errors
+    /// The actors are gone, or an output could not be written.
+    pub fn settle(&self) -> Result<SchedulerState, SystemError> {
+        let state = ask("scheduler", |reply| self.actors.scheduler.do_send(WaitForIdle(reply)))?;
+        match self.failure.get() {
+            Some(failure) => Err(failure.clone().into()),
+            None => Ok(state),
+        }
+    }
+
+    /// The buffer has no messages of its own to wait for, so a reading of its mailbox is enough.
+    fn settle_buffer(&self) -> Result<(), SystemError> {
+        ask("buffer", |reply| self.actors.buffer.do_send(crate::buffer::WaitForBuffer(reply)))
+    }
+
+    /// Changes the fallback period; a new value restarts the timer, the same one does not.
+    ///
+    /// # Errors
+    /// The actors are gone.
+    pub fn set_fallback_period_ms(&self, period_ms: i64) -> Result<(), SystemError> {
+        self.actors.scheduler.do_send(SetFallbackPeriod(period_ms));
+        self.settle().map(|_| ())
+    }
+
+    /// Changes how long candidates are kept, from the next cycle on.
+    pub fn set_duration_time_s(&self, duration_time_s: f64) {
+        self.actors.buffer.do_send(SetDurationTime(duration_time_s));
+    }
+
+    /// Changes the parameters of the filters, from the next cycle on.
+    pub fn set_validator_parameters(&self, parameters: ValidatorParameters) {
+        self.actors.validation.do_send(SetValidatorParameters(parameters));
+    }
+
+    /// Lets the running cycle end, then stops the actors; the sink is dropped before this returns.
+    ///
+    /// # Errors
+    /// The actors were gone already, or an output could not be written.
+    pub fn stop(mut self) -> Result<SchedulerState, SystemError> {
+        let state = self.settle();
+        self.system.stop();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            return Err(SystemError::ActorGone("arbiter"));
+        }
+        state
+    }
+}
+
+impl Drop for SelectorSystem {
+    fn drop(&mut self) {
+        self.system.stop();
+    }
+}
+
+/// Sends a question that carries its reply channel, and waits for the answer.
+fn ask<T>(whom: &'static str, send: impl FnOnce(Sender<T>)) -> Result<T, SystemError> {
+    let (reply, answer) = bounded(1);
+    send(reply);
+    // An actor that dies drops the channel, so this cannot wait for ever.
+    answer.recv().map_err(|_| SystemError::ActorGone(whom))
+}
+
+/// The arbiter thread: wires the actors, hands out their addresses, runs until the system is stopped.
+fn run_actors(
+    config: Config,
+    sink: Box<dyn Sink>,
+    pool: Arc<ThreadPool>,
+    failure: Arc<OnceLock<SinkError>>,
+    ready: &Sender<(Actors, System)>,
+) {
+    let runner = System::new();
+    runner.block_on(async {
+        let actors = wire(config, sink, pool, failure);
+        // If nobody waits for the addresses any more, the system will be stopped at once.
+        let _ = ready.send((actors, System::current()));
+    });
+    if let Err(error) = runner.run() {
+        tracing::error!("the actors have ended abnormally: {error}");
+    }
+}
+
+fn wire(
+    config: Config,
+    sink: Box<dyn Sink>,
+    pool: Arc<ThreadPool>,
+    failure: Arc<OnceLock<SinkError>>,
+) -> Actors {
+    let publisher = Publisher::new(sink, config.published_times, failure).start();
+    let validation = Validation::new(config.validator, pool.clone(), publisher.clone()).start();
+    let mut scene = Scene::empty(config.clock.now(), Arc::new(config.vehicle));
+    // A node that never saw a traffic light message judges as if no light were in sight.
+    scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
+    let sensors = Sensors::new(scene, config.clock.clone(), pool, publisher.clone()).start();
+    let scheduler = Scheduler::new(config.clock.clone(), config.fallback_period_ms).start();
+    let buffer = Buffer::new(config.duration_time_s, scheduler.clone()).start();
+    publisher.do_send(Report(scheduler.clone()));
+    scheduler.do_send(Wire(Stages {
+        buffer: buffer.clone(),
+        sensors: sensors.clone(),
+        validation: validation.clone(),
+    }));
+    if matches!(config.clock, Clock::System) {
+        actix::spawn(sleep_and_wake(config.clock, scheduler.clone()));
+    }
+    Actors { buffer, sensors, scheduler, validation }
+}

@@ -1,0 +1,269 @@
+//! The topics of the node: names, types and quality of service, in one place.
+
+use lanelet_map::Map;
+use messages::Message;
+use messages::autoware_internal_debug_msgs::{Float64Stamped, ProcessingTimeTree, StringStamped};
+use messages::autoware_internal_planning_msgs::CandidateTrajectories;
+use messages::autoware_map_msgs::LaneletMapBin;
+use messages::autoware_perception_msgs::{PredictedObjects, TrafficLightGroupArray};
+use messages::autoware_planning_msgs::LaneletRoute;
+use messages::autoware_trajectory_validator::ValidationReportArray;
+use messages::diagnostic_msgs::DiagnosticArray;
+use messages::geometry_msgs::AccelWithCovarianceStamped;
+use messages::nav_msgs::Odometry;
+use messages::{DecodeError, Interface};
+use std::sync::Arc;
+
+/// Name of the node.
+pub const NODE_NAME: &str = "trajectory_selector_node";
+
+/// A topic that the node listens to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum InputTopic {
+    /// HD map.
+    Map,
+    /// Route.
+    Route,
+    /// Candidates that start a cycle: the anchor.
+    Generative,
+    /// Candidates that wait for the next cycle.
+    Backup,
+    /// Pose and velocity of the own vehicle.
+    Odometry,
+    /// Acceleration of the own vehicle.
+    Acceleration,
+    /// Other road users.
+    Objects,
+    /// Traffic lights.
+    TrafficSignals,
+}
+
+impl InputTopic {
+    /// Every input.
+    pub const ALL: [Self; 8] = [
+        Self::Map,
+        Self::Route,
+        Self::Generative,
+        Self::Backup,
+        Self::Odometry,
+        Self::Acceleration,
+        Self::Objects,
+        Self::TrafficSignals,
+    ];
+
+    /// Name below `~/input/`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Map => "lanelet2_map",
+            Self::Route => "route",
+            Self::Generative => "trajectories_generative",
+            Self::Backup => "trajectories_backup",
+            Self::Odometry => "odometry",
+            Self::Acceleration => "acceleration",
+            Self::Objects => "objects",
+            Self::TrafficSignals => "traffic_signals",
+        }
+    }
+
+    /// Full name for the node in the root namespace.
+    #[must_use]
+    pub fn full_name(self) -> String {
+        format!("/{NODE_NAME}/input/{}", self.name())
+    }
+
+    /// ROS type.
+    #[must_use]
+    pub fn type_name(self) -> &'static str {
+        match self {
+            Self::Map => LaneletMapBin::TYPE_NAME,
+            Self::Route => LaneletRoute::TYPE_NAME,
+            Self::Generative | Self::Backup => CandidateTrajectories::TYPE_NAME,
+            Self::Odometry => Odometry::TYPE_NAME,
+            Self::Acceleration => AccelWithCovarianceStamped::TYPE_NAME,
+            Self::Objects => PredictedObjects::TYPE_NAME,
+            Self::TrafficSignals => TrafficLightGroupArray::TYPE_NAME,
+        }
+    }
+
+    /// Decodes a message of this topic.
+    ///
+    /// # Errors
+    /// The bytes are not such a message.
+    pub fn decode(self, bytes: &[u8], interface: Interface) -> Result<Input, DecodeError> {
+        let topic = self.full_name();
+        Ok(match self {
+            Self::Map => Input::Map(read(bytes, interface, &topic)?),
+            Self::Route => Input::Route(read(bytes, interface, &topic)?),
+            Self::Generative => Input::Generative(read(bytes, interface, &topic)?),
+            Self::Backup => Input::Backup(read(bytes, interface, &topic)?),
+            Self::Odometry => Input::Odometry(read(bytes, interface, &topic)?),
+            Self::Acceleration => Input::Acceleration(read(bytes, interface, &topic)?),
+            Self::Objects => Input::Objects(read(bytes, interface, &topic)?),
+            Self::TrafficSignals => Input::TrafficSignals(read(bytes, interface, &topic)?),
+        })
+    }
+}
+
+fn read<M: Message>(bytes: &[u8], interface: Interface, topic: &str) -> Result<Arc<M>, DecodeError> {
+    M::from_cdr(bytes, interface, topic).map(Arc::new)
+}
+
+/// A message that came in.
+#[derive(Debug, Clone)]
+pub enum Input {
+    /// HD map as an archive; decoded off the actors.
+    Map(Arc<LaneletMapBin>),
+    /// HD map from elsewhere, ready to use, in its frame.
+    ReadyMap(Arc<Map>, Arc<str>),
+    /// Route.
+    Route(Arc<LaneletRoute>),
+    /// Candidates that start a cycle.
+    Generative(Arc<CandidateTrajectories>),
+    /// Candidates that wait for the next cycle.
+    Backup(Arc<CandidateTrajectories>),
+    /// Pose and velocity of the own vehicle.
+    Odometry(Arc<Odometry>),
+    /// Acceleration of the own vehicle.
+    Acceleration(Arc<AccelWithCovarianceStamped>),
+    /// Other road users.
+    Objects(Arc<PredictedObjects>),
+    /// Traffic lights.
+    TrafficSignals(Arc<TrafficLightGroupArray>),
+}
+
+/// A topic that the node publishes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum OutputTopic {
+    /// The validated set, under its first name.
+    Trajectories,
+    /// All fresh candidates.
+    ConcatenatedTrajectories,
+    /// The validated set.
+    ValidatedTrajectories,
+    /// What was found about each candidate.
+    ValidationReports,
+    /// Health of the node.
+    Diagnostics,
+    /// Time of a whole validation.
+    ProcessingTime,
+    /// Time of one filter, by its name.
+    FilterProcessingTime(&'static str),
+    /// The times as text.
+    ProcessingTimeText,
+    /// Nested times of a cycle.
+    ProcessingTimeTree,
+}
+
+impl OutputTopic {
+    /// Full name for the node in the root namespace.
+    #[must_use]
+    pub fn full_name(self) -> String {
+        match self {
+            Self::Diagnostics => "/diagnostics".to_owned(),
+            Self::FilterProcessingTime(filter) => format!("/{NODE_NAME}/debug/{filter}/processing_time_ms"),
+            other => format!("/{NODE_NAME}/{}", other.private_name()),
+        }
+    }
+
+    fn private_name(self) -> &'static str {
+        match self {
+            Self::Trajectories => "output/trajectories",
+            Self::ConcatenatedTrajectories => "output/concatenated_trajectories",
+            Self::ValidatedTrajectories => "output/validated_trajectories",
+            Self::ValidationReports => "debug/validation_reports",
+            Self::ProcessingTime | Self::FilterProcessingTime(_) => "debug/processing_time_ms",
+            Self::ProcessingTimeText => "debug/processing_time_text",
+            Self::ProcessingTimeTree => "debug/processing_time_detail_ms/trajectory_selector",
+            Self::Diagnostics => "diagnostics",
+        }
+    }
+
+    /// How many messages a late or slow reader may find: 1, but 10 for diagnostics.
+    #[must_use]
+    pub fn depth(self) -> u32 {
+        if self == Self::Diagnostics { 10 } else { 1 }
+    }
+}
+
+/// A message on its way out. Cheap to clone.
+#[derive(Debug, Clone)]
+pub enum OutputMessage {
+    /// A set of candidates.
+    Candidates(Arc<CandidateTrajectories>),
+    /// Validation reports.
+    Reports(Arc<ValidationReportArray>),
+    /// Diagnostics.
+    Diagnostics(Arc<DiagnosticArray>),
+    /// A number.
+    Number(Float64Stamped),
+    /// A text.
+    Text(Arc<StringStamped>),
+    /// Nested times.
+    Times(Arc<ProcessingTimeTree>),
+}
+
+impl OutputMessage {
+    /// ROS type.
+    #[must_use]
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Candidates(_) => CandidateTrajectories::TYPE_NAME,
+            Self::Reports(_) => ValidationReportArray::TYPE_NAME,
+            Self::Diagnostics(_) => DiagnosticArray::TYPE_NAME,
+            Self::Number(_) => Float64Stamped::TYPE_NAME,
+            Self::Text(_) => StringStamped::TYPE_NAME,
+            Self::Times(_) => ProcessingTimeTree::TYPE_NAME,
+        }
+    }
+
+    /// Definition text of the type.
+    #[must_use]
+    pub fn definition(&self, interface: Interface) -> String {
+        match self {
+            Self::Candidates(_) => CandidateTrajectories::definition(interface),
+            Self::Reports(_) => ValidationReportArray::definition(interface),
+            Self::Diagnostics(_) => DiagnosticArray::definition(interface),
+            Self::Number(_) => Float64Stamped::definition(interface),
+            Self::Text(_) => StringStamped::definition(interface),
+            Self::Times(_) => ProcessingTimeTree::definition(interface),
+        }
+    }
+
+    /// The serialised message.
+    #[must_use]
+    pub fn to_cdr(&self, interface: Interface) -> Vec<u8> {
+        match self {
+            Self::Candidates(message) => message.to_cdr(interface),
+            Self::Reports(message) => message.to_cdr(interface),
+            Self::Diagnostics(message) => message.to_cdr(interface),
+            Self::Number(message) => message.to_cdr(interface),
+            Self::Text(message) => message.to_cdr(interface),
+            Self::Times(message) => message.to_cdr(interface),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_the_upstream_node() {
+        assert_eq!(InputTopic::Map.full_name(), "/trajectory_selector_node/input/lanelet2_map");
+        assert_eq!(OutputTopic::Trajectories.full_name(), "/trajectory_selector_node/output/trajectories");
+        let times = OutputTopic::ProcessingTimeTree.full_name();
+        assert_eq!(times, "/trajectory_selector_node/debug/processing_time_detail_ms/trajectory_selector");
+        let filter = OutputTopic::FilterProcessingTime("vehicle_constraint_filter").full_name();
+        assert_eq!(filter, "/trajectory_selector_node/debug/vehicle_constraint_filter/processing_time_ms");
+        assert_eq!(OutputTopic::Diagnostics.full_name(), "/diagnostics");
+    }
+
+    #[test]
+    fn a_malformed_input_names_its_topic() {
+        let error = InputTopic::Odometry.decode(&[0, 1, 0, 0, 7], Interface::V0_53).unwrap_err();
+        assert!(
+            error.to_string().starts_with("/trajectory_selector_node/input/odometry: malformed nav_msgs")
+        );
+    }
+}
