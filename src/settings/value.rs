@@ -201,9 +201,9 @@ fn write_double(f: &mut fmt::Formatter<'_>, value: f64) -> fmt::Result {
 
 /// Plain where nothing else could be read from it, else quoted.
 fn write_text(f: &mut fmt::Formatter<'_>, text: &str) -> fmt::Result {
+    // A colon is plain text in YAML 1.2, but not inside a list for every reader that is in use.
     let plain = text.starts_with(|c: char| c.is_ascii_alphabetic())
-        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == ':')
-        && !text.ends_with(':')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && matches!(super::yaml::plain_scalar(text), ParameterValue::String(_));
     if plain {
         return f.write_str(text);

@@ -5,8 +5,8 @@
 //! and their `Default` the shipped configuration. The program derives parameter files, JSON schemas, documentation
 //! and the checks at start from them. SI units everywhere.
 //!
-//! Schema keys with a meaning of their own: `x-unit` (text), `x-read-only` (fixed at start), `x-per-class` (the
-//! field is a [`PerClass`] group whose range and unit hold for every class), `x-not-finite-means-base` (see there).
+//! Schema keys with a meaning of their own: `x-unit` (text), `x-read-only` (fixed at start), `x-per-class` (a
+//! [`PerClass`] group; range, unit and mutability of the field hold for every value in it).
 
 mod boundary_departure;
 mod collision_check;
