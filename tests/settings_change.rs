@@ -1,5 +1,5 @@
 //! Changes at run time, the hash, and that every parameter is what was set.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 use proptest::prelude::*;
 use proptest::sample::Index;
 use trajectory_selector::settings::{

@@ -1,5 +1,5 @@
 //! The report of `check`, for machines and for people.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail as tests do")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 use std::path::PathBuf;
 
 use serde_json::json;
