@@ -56,16 +56,18 @@ fn write(path: &Path, frame: impl Fn(i64) -> Vec<u8>) {
     let latched =
         QosProfile { reliability: Reliability::Reliable, durability: Durability::TransientLocal, depth: 1 };
     let options = WriterOptions { chunk_bytes: 2000, ..WriterOptions::default() };
-    let mut writer = McapWriter::create(path, options).unwrap();
-    let text = writer.add_topic("/text", "std_msgs/msg/String", "string data\n", latched).unwrap();
-    let stamps =
-        writer.add_topic("/stamps", "std_msgs/msg/Header", &header_schema, QosProfile::default()).unwrap();
+    let mut writer = McapWriter::create(path, options).expect("a disk with room");
+    let text =
+        writer.add_topic("/text", "std_msgs/msg/String", "string data\n", latched).expect("a disk with room");
+    let stamps = writer
+        .add_topic("/stamps", "std_msgs/msg/Header", &header_schema, QosProfile::default())
+        .expect("a disk with room");
     for number in 0..200 {
         let time_ns = 1_750_000_000_000_000_000 + number * 10_000_000;
-        writer.write(text, time_ns, time_ns, string(&format!("message {number}"))).unwrap();
-        writer.write(stamps, time_ns + 5, time_ns, frame(number)).unwrap();
+        writer.write(text, time_ns, time_ns, string(&format!("message {number}"))).expect("a disk with room");
+        writer.write(stamps, time_ns + 5, time_ns, frame(number)).expect("a disk with room");
     }
-    writer.finish().unwrap();
+    writer.finish().expect("a disk with room");
 }
 
 #[test]

@@ -18,7 +18,7 @@ enum Age {
 }
 
 fn record_sqlite(path: &Path, samples: &[Sample], age: Age) {
-    let database = rusqlite::Connection::open(path).unwrap();
+    let database = rusqlite::Connection::open(path).expect("a disk with room");
     let (qos_column, qos) = match age {
         Age::WithoutQos => ("", ""),
         _ => (", offered_qos_profiles TEXT NOT NULL", ", '- history: 3'"),
@@ -35,7 +35,7 @@ fn record_sqlite(path: &Path, samples: &[Sample], age: Age) {
                timestamp integer not null, data blob not null);
              create index timestamp_idx on messages (timestamp asc);"
         ))
-        .unwrap();
+        .expect("a disk with room");
     if age == Age::Jazzy {
         database
             .execute_batch(&format!(
@@ -44,18 +44,20 @@ fn record_sqlite(path: &Path, samples: &[Sample], age: Age) {
                    type_description_hash text not null);
                  insert into message_definitions values(1, 'std_msgs/msg/String', 'ros2msg', '{SCHEMA}', '');"
             ))
-            .unwrap();
+            .expect("a disk with room");
     }
     for (number, topic) in TOPICS.iter().enumerate() {
         let insert = format!("insert into topics values(?1, ?2, 'std_msgs/msg/String', 'cdr'{qos}{hash})");
-        database.execute(&insert, params![number as i64 + 1, topic]).unwrap();
+        database.execute(&insert, params![number as i64 + 1, topic]).expect("a disk with room");
     }
-    database.execute_batch("begin").unwrap();
+    database.execute_batch("begin").expect("a disk with room");
     for sample in samples {
         let insert = "insert into messages(topic_id, timestamp, data) values(?1, ?2, ?3)";
-        database.execute(insert, params![sample.topic as i64 + 1, sample.log_time_ns, sample.data]).unwrap();
+        database
+            .execute(insert, params![sample.topic as i64 + 1, sample.log_time_ns, sample.data])
+            .expect("a disk with room");
     }
-    database.execute_batch("commit").unwrap();
+    database.execute_batch("commit").expect("a disk with room");
 }
 
 fn metadata(files: &[&str], count: usize, compression: &str) -> String {
@@ -69,7 +71,7 @@ fn metadata(files: &[&str], count: usize, compression: &str) -> String {
 }
 
 fn sound(path: &Path) -> Outcome {
-    let outcome = read(bag::open(path).unwrap());
+    let outcome = read(bag::open(path).expect("a sound recording"));
     assert!(outcome.errors.is_empty(), "{:?}", outcome.errors);
     outcome
 }

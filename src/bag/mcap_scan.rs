@@ -63,7 +63,7 @@ struct Walk {
     statistics: Option<Statistics>,
     /// Offset and checksum of the record that ends the data.
     data_end: Option<(u64, u32)>,
-    /// Where the summary begins, as the footer says.
+    /// The footer names a summary, and its checksum, if any, is right.
     has_summary: bool,
     warnings: Vec<BagError>,
 }

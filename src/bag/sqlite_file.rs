@@ -79,30 +79,25 @@ fn check_length(path: &Path, file: &Path) -> Result<(), BagError> {
 
 fn connect(path: &Path, file: &Path) -> Result<rusqlite::Connection, BagError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let open = |target: &str, flags| {
-        rusqlite::Connection::open_with_flags(target, flags).and_then(|database| {
-            database.query_row("select count(*) from sqlite_master", [], |_| Ok(()))?;
-            Ok(database)
-        })
+    let open = |target: &Path, flags| {
+        let database = rusqlite::Connection::open_with_flags(target, flags)?;
+        database.query_row("select count(*) from sqlite_master", [], |_| Ok(()))?; // opening alone reads nothing
+        Ok(database)
     };
     let name = file.to_string_lossy();
-    let plain = rusqlite::Connection::open_with_flags(file, flags).and_then(|database| {
-        database.query_row("select count(*) from sqlite_master", [], |_| Ok(()))?;
-        Ok(database)
-    });
-    let wal_is_empty =
+    let log_is_empty =
         std::fs::metadata(format!("{name}-wal")).map_or(true, |information| information.len() == 0);
-    match plain {
-        Ok(database) => Ok(database),
-        // A database in write-ahead mode wants to make files beside it. Where the folder forbids that, and
-        // nothing waits in the log, the file alone is the whole recording.
-        Err(_) if wal_is_empty => {
-            let escaped = name.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
-            open(&format!("file:{escaped}?immutable=1"), flags | OpenFlags::SQLITE_OPEN_URI)
-                .map_err(|error| sqlite_error(path, "opening the database", error))
+    let opened = open(file, flags).or_else(|error| {
+        if !log_is_empty {
+            return Err(error);
         }
-        Err(error) => Err(sqlite_error(path, "opening the database", error)),
-    }
+        // A database in write-ahead mode wants to make files beside it. Where the folder forbids that, and nothing
+        // waits in the log, the file alone is the whole recording.
+        let escaped = name.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+        let target = format!("file:{escaped}?immutable=1");
+        open(Path::new(&target), flags | OpenFlags::SQLITE_OPEN_URI)
+    });
+    opened.map_err(|error| sqlite_error(path, "opening the database", error))
 }
 
 fn columns(database: &rusqlite::Connection, table: &str) -> rusqlite::Result<Vec<String>> {
