@@ -1,3 +1,210 @@
-//! The commands of the program, each a function of plain values; the command line is read elsewhere.
+//! The command line: what can be asked for, and how an answer or a failure leaves the program.
+//!
+//! Results go to stdout, everything for people's eyes alone to stderr. With `--json` exactly one JSON object goes to
+//! stdout, also on failure. Exit codes: 0 done, 1 failed, 2 usage or settings, 3 requirement missed.
 
 pub mod check;
+pub mod failure;
+pub mod replay;
+
+pub use failure::Failure;
+
+use crate::report::summary::{Common, RunSummary};
+use crate::report::table;
+use crate::session::Ended;
+use crate::settings::{Settings, Source};
+use clap::{Args, Parser, Subcommand};
+use selector_actors::topics::NODE_NAME;
+use serde::Serialize;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+/// Validates candidate trajectories in parallel and hands on those that are safe.
+#[derive(Debug, Parser)]
+#[command(name = "trajectory-selector", version, about, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Print one JSON object on stdout instead of a table.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Lowest level of log lines on stderr.
+    #[arg(long, global = true, default_value = "error", value_name = "error|warn|info|debug")]
+    pub log_level: tracing::level_filters::LevelFilter,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a recorded drive through the node.
+    Replay(replay::ReplayArguments),
+    /// Check parameter files and maps: all problems at once.
+    Check(CheckArguments),
+}
+
+impl Command {
+    /// Name as typed.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Replay(_) => "replay",
+            Self::Check(_) => "check",
+        }
+    }
+}
+
+/// What every command that judges takes.
+#[derive(Debug, Args)]
+pub struct JudgeArguments {
+    /// Parameter file in ROS form; later files win.
+    #[arg(long, value_name = "FILE")]
+    pub params: Vec<PathBuf>,
+    /// Threads that judge [default: the cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+}
+
+impl JudgeArguments {
+    /// Defaults overlaid with the files.
+    ///
+    /// # Errors
+    /// Everything that is wrong in the files, at once.
+    pub fn settings(&self) -> Result<Settings, Failure> {
+        let sources: Vec<_> = self.params.iter().cloned().map(Source::File).collect();
+        Ok(Settings::load(&format!("/{NODE_NAME}"), &sources)?)
+    }
+
+    /// Threads that judge.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(cores, usize::from)
+    }
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Parameter files (.yaml) and maps (.bin, .osm).
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+}
+
+/// Parses the command line, does what it says, and gives the exit code.
+#[must_use]
+pub fn main() -> u8 {
+    let wants_json = std::env::args_os().any(|argument| argument == "--json");
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(usage) => return answer_usage(&usage, wants_json),
+    };
+    // A second subscriber cannot be there: this runs once.
+    let _ = tracing_subscriber::fmt()
+        .with_max_level(cli.log_level)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .without_time()
+        .with_target(false)
+        .try_init();
+    let name = cli.command.name();
+    let answer = match cli.command {
+        Command::Replay(arguments) => replay::run(&arguments, !cli.json),
+        Command::Check(arguments) => return answer_check(&arguments, cli.json),
+    };
+    match answer {
+        Ok(summary) => answer_run(&summary, cli.json),
+        Err(failure) => {
+            tell(&failure);
+            let common = Common::new(name, vec![failure], Vec::new());
+            print_json_if(cli.json, &common);
+            common.exit_code
+        }
+    }
+}
+
+/// Help and version are answers, everything else is wrong usage.
+fn answer_usage(usage: &clap::Error, wants_json: bool) -> u8 {
+    let failure = Failure::usage(usage.to_string());
+    // Nothing can be done if the terminal is gone.
+    let _ = usage.print();
+    if !usage.use_stderr() {
+        return 0;
+    }
+    let common = Common::new("", vec![failure], Vec::new());
+    print_json_if(wants_json, &common);
+    common.exit_code
+}
+
+fn answer_run(summary: &RunSummary, json: bool) -> u8 {
+    summary.common.warnings.iter().chain(&summary.common.errors).for_each(tell);
+    print_json_if(json, summary);
+    if !json {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = table::write(summary, &mut text);
+        print(&text);
+    }
+    summary.common.exit_code
+}
+
+fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
+    let report = check::run(&arguments.files, None, check::check_map);
+    let problems: usize = report.files.iter().map(|file| file.problems.len()).sum();
+    let errors = if report.ok() {
+        Vec::new()
+    } else {
+        vec![Failure::settings(format!("{problems} problems in {} files", report.files.len()))]
+    };
+    let common = Common::new("check", errors, Vec::new());
+    let exit_code = common.exit_code;
+    if json {
+        print_json_if(true, &CheckAnswer { common, report: &report });
+    } else {
+        print(&report.to_string());
+    }
+    exit_code
+}
+
+#[derive(Serialize)]
+struct CheckAnswer<'a> {
+    #[serde(flatten)]
+    common: Common,
+    #[serde(flatten)]
+    report: &'a check::CheckReport,
+}
+
+/// The summary of a session that has ended, well or not.
+pub(crate) fn summarise(
+    command: &'static str,
+    ended: Ended,
+    mut warnings: Vec<Failure>,
+    settings: &Settings,
+    threads: usize,
+) -> RunSummary {
+    warnings.extend(settings.warnings().iter().map(|warning| Failure::note("settings", warning.to_string())));
+    warnings.extend(ended.warnings);
+    let mut common = Common::new(command, ended.errors, warnings);
+    common.settings_hash = Some(settings.settings_hash());
+    common.threads = Some(threads);
+    RunSummary::new(common, ended.result)
+}
+
+fn tell(failure: &Failure) {
+    eprintln!("{failure}");
+}
+
+fn print_json_if(json: bool, value: &impl Serialize) {
+    if !json {
+        return;
+    }
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => print(&format!("{text}\n")),
+        Err(error) => eprintln!("error: the result cannot be written as JSON: {error}"),
+    }
+}
+
+/// A reader that has enough (a pipe into `head`) is no failure.
+fn print(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}

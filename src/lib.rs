@@ -2,4 +2,8 @@
 
 pub mod bag;
 pub mod commands;
+pub mod drive;
+pub mod recorder;
+pub mod report;
+pub mod session;
 pub mod settings;

@@ -1,2 +1,7 @@
-//! The `trajectory-selector` program.
-fn main() {}
+//! The `trajectory-selector` program; everything it does is in the library beside it.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(trajectory_selector::commands::main())
+}

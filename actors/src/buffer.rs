@@ -11,7 +11,6 @@ use messages::builtin_interfaces::Time;
 use selection::{Concatenated, Concatenator};
 use std::sync::Arc;
 use std::time::Instant;
-use tracing::warn;
 
 /// The owner of the candidates.
 #[derive(Debug)]
@@ -46,22 +45,7 @@ impl Handler<Add> for Buffer {
     type Result = ();
 
     fn handle(&mut self, add: Add, _: &mut Self::Context) {
-        let added = self.concatenator.add(&add.message);
-        if added.announced_twice > 0 {
-            warn!(
-                "{} generators are announced more than once in a message; the last one counts",
-                added.announced_twice
-            );
-        }
-        if added.unannounced > 0 {
-            warn!(
-                "{} candidates of generators that the message does not announce are dropped",
-                added.unannounced
-            );
-        }
-        if added.evicted > 0 {
-            warn!("too many generators, the {} oldest are dropped; do they change their ids?", added.evicted);
-        }
+        self.concatenator.add(&add.message);
         if let Some(arrived) = add.anchor {
             self.scheduler.do_send(Triggered { trigger: Trigger::Anchor, arrived });
         }

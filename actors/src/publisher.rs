@@ -14,6 +14,7 @@ use crate::topics::{OutputMessage, OutputTopic};
 use actix::{Actor, Addr, Context, Handler, Message};
 use messages::autoware_internal_debug_msgs::{Float64Stamped, StringStamped};
 use messages::builtin_interfaces::Time;
+use selection::concatenator::Oddities;
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -103,6 +104,7 @@ impl Publisher {
     fn publish_cycle(&mut self, report: &CycleReport) {
         let started = Instant::now();
         self.now = report.cycle.scene.now;
+        self.log_oddities(report.cycle.concatenated.oddities);
         match &report.outcome {
             Outcome::NoCandidates => {
                 if self.throttle.allows(self.now, 1000, "cycle", "no candidates") {
@@ -147,6 +149,21 @@ impl Publisher {
         let validated = OutputMessage::Candidates(judged.validated.clone());
         self.publish(OutputTopic::Trajectories, validated.clone());
         self.publish(OutputTopic::ValidatedTrajectories, validated);
+    }
+
+    fn log_oddities(&mut self, oddities: Oddities) {
+        for (count, text) in [
+            (
+                oddities.announced_twice,
+                "generators are announced more than once in a message; the last one counts",
+            ),
+            (oddities.unannounced, "candidates are dropped, their message does not announce their generator"),
+            (oddities.evicted, "generators are dropped, there are too many; do they change their ids?"),
+        ] {
+            if count > 0 && self.throttle.allows(self.now, 1000, "buffer", text) {
+                warn!("{count} {text}");
+            }
+        }
     }
 
     fn log_rejections(&mut self, judged: &Judged) {

@@ -6,6 +6,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use lanelet_map::Map;
+use lanelet_map::osm::OsmOptions;
 use serde::Serialize;
 
 use crate::settings::{DEFAULT_NODE_NAME, Problem, Settings, Source, write_hints};
@@ -106,6 +108,18 @@ pub fn run(
         }
     }
     CheckReport { files }
+}
+
+/// Checks a map as the node would read it. Autoware refuses a map with any defect, and so do we.
+#[must_use]
+pub fn check_map(path: &Path) -> Vec<FileProblem> {
+    let options = OsmOptions { strict: false, ..OsmOptions::default() };
+    let problem = |message: String| FileProblem { message, ..FileProblem::default() };
+    match Map::load(path, &options) {
+        Ok(loaded) if loaded.map.lanelets().len() == 0 => vec![problem("the map has no lanelet".to_owned())],
+        Ok(loaded) => loaded.issues.iter().map(|issue| problem(issue.to_string())).collect(),
+        Err(error) => vec![problem(error.to_string())],
+    }
 }
 
 impl From<Problem> for FileProblem {

@@ -20,6 +20,10 @@ pub(super) fn of_cycle(report: &CycleReport) -> DiagnosticArray {
     }
     add(&mut values, "candidates.input", &report.cycle.concatenated.candidates.len());
     add(&mut values, "candidates.stale", &report.cycle.concatenated.stale.len());
+    let oddities = report.cycle.concatenated.oddities;
+    add(&mut values, "candidates.unannounced", &oddities.unannounced);
+    add(&mut values, "generators.announced_twice", &oddities.announced_twice);
+    add(&mut values, "generators.evicted", &oddities.evicted);
     add(&mut values, "cycle.trigger", &report.cycle.trigger.name());
     add_input_ages(&mut values, report);
     let header = Header { stamp: report.cycle.scene.now, frame_id: String::new() };

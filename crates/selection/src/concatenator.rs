@@ -22,6 +22,8 @@ pub struct Concatenator {
     duration_time_s: f64,
     /// Newest-inserted generator first.
     entries: Vec<Entry>,
+    /// What was odd about the messages since the last reading.
+    oddities: Oddities,
 }
 
 #[derive(Debug)]
@@ -38,12 +40,12 @@ struct Buffered {
     points: Arc<[TrajectoryPoint]>,
 }
 
-/// What a message did to the buffer beyond the ordinary.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Added {
-    /// Trajectories dropped because the message does not announce their generator.
+/// What was odd about the messages that came in.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Oddities {
+    /// Trajectories dropped because their message does not announce their generator.
     pub unannounced: usize,
-    /// Generators announced more than once in the message; the last announcement counts.
+    /// Generators announced more than once in a message; the last announcement counts.
     pub announced_twice: usize,
     /// Generators that had to go because there are more than [`MAX_GENERATORS`].
     pub evicted: usize,
@@ -69,6 +71,8 @@ pub struct Concatenated {
     pub generators: Vec<GeneratorInfo>,
     /// What was removed as too old at this reading.
     pub stale: Vec<Stale>,
+    /// What was odd about the messages since the reading before.
+    pub oddities: Oddities,
 }
 
 impl Concatenated {
@@ -90,7 +94,7 @@ impl Concatenator {
     /// An empty buffer that keeps trajectories for `duration_time_s`.
     #[must_use]
     pub fn new(duration_time_s: f64) -> Self {
-        Self { duration_time_s, entries: Vec::new() }
+        Self { duration_time_s, entries: Vec::new(), oddities: Oddities::default() }
     }
 
     /// Changes how long trajectories are kept; takes effect at the next reading.
@@ -106,8 +110,7 @@ impl Concatenator {
 
     /// Puts the trajectories of every generator that the message announces in place of that generator's older ones.
     /// An announcement without trajectories clears the generator. A message without announcements does nothing.
-    pub fn add(&mut self, message: &CandidateTrajectories) -> Added {
-        let mut added = Added::default();
+    pub fn add(&mut self, message: &CandidateTrajectories) {
         let announced = |id: Uuid| message.generator_info.iter().any(|info| info.generator_id == id);
         added.unannounced = message
             .candidate_trajectories
@@ -118,7 +121,7 @@ impl Concatenator {
             // Upstream empties a generator that is announced twice; here the last announcement wins and keeps them.
             let id = info.generator_id;
             if message.generator_info[index + 1..].iter().any(|later| later.generator_id == id) {
-                added.announced_twice += 1;
+                self.oddities.announced_twice += 1;
                 continue;
             }
             let trajectories = message
@@ -136,9 +139,8 @@ impl Concatenator {
                 trajectories,
             });
         }
-        added.evicted = self.entries.len().saturating_sub(MAX_GENERATORS);
+        self.oddities.evicted += self.entries.len().saturating_sub(MAX_GENERATORS);
         self.entries.truncate(MAX_GENERATORS);
-        added
     }
 
     /// A known generator keeps its place, a new one goes to the front.
@@ -156,7 +158,8 @@ impl Concatenator {
     /// Age is the difference of two f64 seconds since the epoch, as upstream computes it; a trajectory whose age equals
     /// `duration_time` stays, one from the future never expires.
     pub fn get(&mut self, now: Time) -> Concatenated {
-        let mut result = Concatenated::default();
+        let oddities = std::mem::take(&mut self.oddities);
+        let mut result = Concatenated { oddities, ..Concatenated::default() };
         for entry in &mut self.entries {
             let name = &entry.name;
             entry.trajectories.retain(|buffered| {

@@ -141,16 +141,18 @@ fn window_changes_take_effect_at_the_next_reading() {
 #[test]
 fn empty_generator_info_produces_no_buffer_entry() {
     let mut concatenator = Concatenator::new(1.0);
-    let added = concatenator.add(&message(&[], &[(1, 9.5)]));
-    assert_eq!((added.unannounced, concatenator.generators()), (1, 0));
+    concatenator.add(&message(&[], &[(1, 9.5)]));
+    assert_eq!(concatenator.generators(), 0);
+    assert_eq!(concatenator.get(at(10.0)).oddities.unannounced, 1);
 }
 
 #[test]
 fn trajectory_with_mismatched_generator_id_is_ignored() {
     let mut concatenator = Concatenator::new(1.0);
-    let added = concatenator.add(&message(&[1], &[(2, 9.5)]));
-    assert_eq!(added.unannounced, 1);
-    assert_eq!(counts(&mut concatenator, 10.0), (0, 0));
+    concatenator.add(&message(&[1], &[(2, 9.5)]));
+    let result = concatenator.get(at(10.0));
+    assert_eq!((result.candidates.len(), result.oddities.unannounced), (0, 1));
+    assert_eq!(concatenator.get(at(10.0)).oddities, Oddities::default(), "told once");
 }
 
 #[test]
@@ -166,8 +168,9 @@ fn generator_announced_twice_keeps_its_trajectories_and_the_last_name() {
     let mut twice = message(&[1, 1], &[(1, 9.5), (1, 9.6)]);
     twice.generator_info[1].generator_name.data = "renamed".to_owned();
     let mut concatenator = Concatenator::new(1.0);
-    assert_eq!(concatenator.add(&twice).announced_twice, 1);
+    concatenator.add(&twice);
     let result = concatenator.get(at(10.0));
+    assert_eq!(result.oddities.announced_twice, 1);
     assert_eq!((result.candidates.len(), result.generators.len()), (2, 1));
     assert_eq!(&*result.candidates[0].generator_name, "renamed");
 }
@@ -207,7 +210,6 @@ fn reading_does_not_consume() {
 #[test]
 fn the_number_of_generators_is_bounded_and_the_oldest_goes() {
     let mut concatenator = Concatenator::new(1.0);
-    let mut evicted = 0;
     for number in 0..MAX_GENERATORS + 5 {
         let mut one = message(&[0], &[(0, 1e9)]);
         let uuid = Uuid { uuid: (number as u128).to_le_bytes() };
@@ -215,11 +217,12 @@ fn the_number_of_generators_is_bounded_and_the_oldest_goes() {
         let mut trajectory = (*one.candidate_trajectories[0]).clone();
         trajectory.generator_id = uuid;
         one.candidate_trajectories[0] = Arc::new(trajectory);
-        evicted += concatenator.add(&one).evicted;
+        concatenator.add(&one);
     }
-    assert_eq!((concatenator.generators(), evicted), (MAX_GENERATORS, 5));
     let newest = Uuid { uuid: ((MAX_GENERATORS + 4) as u128).to_le_bytes() };
-    assert_eq!(concatenator.get(at(10.0)).generators[0].generator_id, newest);
+    let result = concatenator.get(at(10.0));
+    assert_eq!((result.generators.len(), result.oddities.evicted), (MAX_GENERATORS, 5));
+    assert_eq!(result.generators[0].generator_id, newest);
 }
 
 proptest! {

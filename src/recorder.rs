@@ -1,0 +1,95 @@
+//! The way out into a file: writes what the node publishes, and counts it.
+
+use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
+use crate::report::statistics::Statistics;
+use messages::Interface;
+use selector_actors::cycle::{CycleReport, CycleTimes};
+use selector_actors::{OutputTopic, Publication, Sink, SinkError};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What the recorder has so far; shared with whoever runs the node, because the node owns the recorder.
+#[derive(Debug, Default)]
+pub struct Recording {
+    /// Counts and latencies.
+    pub statistics: Statistics,
+    writer: Option<Writer>,
+}
+
+#[derive(Debug)]
+struct Writer {
+    mcap: McapWriter,
+    topics: BTreeMap<OutputTopic, TopicId>,
+    interface: Interface,
+}
+
+/// A handle on a recording.
+#[derive(Debug, Clone, Default)]
+pub struct Recorder(Arc<Mutex<Recording>>);
+
+impl Recorder {
+    /// Only counts.
+    #[must_use]
+    pub fn counting() -> Self {
+        Self::default()
+    }
+
+    /// Counts, and writes everything published to an MCAP file.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn writing(path: &Path, interface: Interface) -> Result<Self, BagError> {
+        let mcap = McapWriter::create(path, bag::WriterOptions::default())?;
+        let writer = Some(Writer { mcap, topics: BTreeMap::new(), interface });
+        Ok(Self(Arc::new(Mutex::new(Recording { statistics: Statistics::default(), writer }))))
+    }
+
+    /// The recording. A panic elsewhere while it was held leaves it as it is: counts only grow.
+    pub fn lock(&self) -> MutexGuard<'_, Recording> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the file, if there is one.
+    ///
+    /// # Errors
+    /// Something could not be written; what is safe stands in the error.
+    pub fn finish(&self) -> Result<Option<bag::Summary>, BagError> {
+        let writer = self.lock().writer.take();
+        writer.map(|writer| writer.mcap.finish()).transpose()
+    }
+}
+
+impl Writer {
+    fn write(&mut self, publication: &Publication) -> Result<(), BagError> {
+        let Publication { topic, stamp, message } = publication;
+        let id = match self.topics.get(topic) {
+            Some(id) => *id,
+            None => {
+                let id = self.mcap.add_topic(
+                    &topic.full_name(),
+                    message.type_name(),
+                    &message.definition(self.interface),
+                    QosProfile { depth: topic.depth(), ..QosProfile::default() },
+                )?;
+                self.topics.insert(*topic, id);
+                id
+            }
+        };
+        let nanoseconds = stamp.nanoseconds();
+        self.mcap.write(id, nanoseconds, nanoseconds, message.to_cdr(self.interface))
+    }
+}
+
+impl Sink for Recorder {
+    fn publish(&mut self, publication: Publication) -> Result<(), SinkError> {
+        match &mut self.lock().writer {
+            Some(writer) => writer.write(&publication).map_err(|error| SinkError(Arc::new(error))),
+            None => Ok(()),
+        }
+    }
+
+    fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
+        self.lock().statistics.add(report, times);
+    }
+}

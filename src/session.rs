@@ -1,0 +1,305 @@
+//! Runs a drive through the actors, from the first message to the last, and gives what came out.
+//!
+//! The node's clock follows the drive: the fallback timer fires where the drive has no anchor, and everything that a
+//! message sets off has happened before the next one is delivered. So the outputs depend on the drive and the settings
+//! alone, not on the threads that judge or the speed of the machine.
+
+use crate::commands::Failure;
+use crate::drive::{Event, TimedInput};
+use crate::recorder::Recorder;
+use crate::report::summary::{Input as InputSummary, Received, RunResult};
+use crate::settings::Settings;
+use crossbeam_channel::bounded;
+use lanelet_map::Map;
+use messages::Interface;
+use messages::builtin_interfaces::Time;
+use motion::{VehicleDimensions, VehicleInfo};
+use selection::Validator;
+use selector_actors::publisher::PublishedTimes;
+use selector_actors::{Clock, Config, Input, InputTopic, SelectorSystem, SystemError};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Messages that are read ahead.
+const READ_AHEAD: usize = 64;
+/// At most this many malformed messages are told one by one; all are counted.
+const MAX_MALFORMED_WARNINGS: usize = 5;
+
+/// How fast a drive runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rate {
+    /// As fast as the machine allows. Published times are zero, so that the output is the same every time.
+    Max,
+    /// This many seconds of the drive in one second. Published times are measured.
+    Times(f64),
+}
+
+/// A rate that is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("\"{0}\" is no rate; write max, or a number greater than 0 such as 1 or 2.5")]
+pub struct BadRate(pub String);
+
+impl std::str::FromStr for Rate {
+    type Err = BadRate;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.parse::<f64>() {
+            _ if text == "max" => Ok(Self::Max),
+            Ok(rate) if rate.is_finite() && rate > 0.0 => Ok(Self::Times(rate)),
+            _ => Err(BadRate(text.to_owned())),
+        }
+    }
+}
+
+/// What to run, and where the results go.
+#[derive(Debug)]
+pub struct Session {
+    /// Drive or scene.
+    pub input: InputSummary,
+    /// Wire form of candidates in the output.
+    pub interface: Interface,
+    /// When the drive begins and ends.
+    pub span: (Time, Time),
+    /// Threads that judge.
+    pub threads: usize,
+    /// How fast.
+    pub rate: Rate,
+    /// File for what the node publishes.
+    pub output: Option<PathBuf>,
+    /// Map from elsewhere than the drive.
+    pub map: Option<Arc<Map>>,
+    /// Whether to draw a progress bar.
+    pub progress: bool,
+}
+
+/// What a session gives, with what went wrong on the way.
+#[derive(Debug)]
+pub struct Ended {
+    /// Counts, latencies, output.
+    pub result: RunResult,
+    /// What stopped the session early, if anything; what was done before stands.
+    pub errors: Vec<Failure>,
+    /// What was odd.
+    pub warnings: Vec<Failure>,
+}
+
+impl Session {
+    /// Runs all events of a drive through the node.
+    ///
+    /// # Errors
+    /// The node cannot be started; nothing was written.
+    pub fn run(
+        self,
+        settings: &Settings,
+        events: impl Iterator<Item = Event> + Send,
+    ) -> Result<Ended, Failure> {
+        let started = Instant::now();
+        let recorder = match &self.output {
+            Some(path) => Recorder::writing(path, self.interface)?,
+            None => Recorder::counting(),
+        };
+        let clock = Clock::stepped(self.span.0);
+        let config = self.config(settings, clock)?;
+        let system = SelectorSystem::start(config, Box::new(recorder.clone()))?;
+        let mut player = Player::new(&self, &system, started);
+        if let Some(map) = self.map.clone() {
+            player.stopped = system.deliver(Input::ReadyMap(map, "map".into())).err().map(Failure::from);
+        }
+        play(&mut player, &recorder, events);
+        let Player { messages, mut warnings, malformed, stopped, .. } = player;
+        let mut errors: Vec<Failure> = stopped.into_iter().collect();
+        let coalesced = match system.stop() {
+            Ok(state) => state.coalesced,
+            Err(error) => {
+                if errors.is_empty() {
+                    errors.push(error.into());
+                }
+                0
+            }
+        };
+        let output = recorder.finish().unwrap_or_else(|error| {
+            // The first failure says what is wrong; this one may only say it again.
+            if errors.is_empty() {
+                errors.push(error.into());
+            }
+            None
+        });
+        if malformed > MAX_MALFORMED_WARNINGS {
+            warnings.push(Failure::note(
+                "malformed_message",
+                format!("{malformed} messages are malformed in all"),
+            ));
+        }
+        let statistics = std::mem::take(&mut recorder.lock().statistics);
+        let result = RunResult {
+            input: self.input,
+            interface: self.interface.name(),
+            statistics,
+            messages,
+            coalesced,
+            output,
+            wall: started.elapsed(),
+        };
+        Ok(Ended { result, errors, warnings })
+    }
+
+    fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
+        let vehicle = vehicle_of(settings)?;
+        let validator = Validator::new(settings.validator.clone(), &vehicle)?;
+        Ok(Config {
+            clock,
+            threads: self.threads,
+            fallback_period_ms: settings.selector.fallback_period_ms,
+            duration_time_s: settings.concatenator.duration_time,
+            vehicle,
+            validator,
+            published_times: match self.rate {
+                Rate::Max => PublishedTimes::Zero,
+                Rate::Times(_) => PublishedTimes::Measured,
+            },
+        })
+    }
+}
+
+fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
+    let vehicle = &settings.vehicle;
+    Ok(VehicleInfo::new(VehicleDimensions {
+        wheel_radius_m: vehicle.wheel_radius,
+        wheel_width_m: vehicle.wheel_width,
+        wheel_base_m: vehicle.wheel_base,
+        wheel_tread_m: vehicle.wheel_tread,
+        front_overhang_m: vehicle.front_overhang,
+        rear_overhang_m: vehicle.rear_overhang,
+        left_overhang_m: vehicle.left_overhang,
+        right_overhang_m: vehicle.right_overhang,
+        vehicle_height_m: vehicle.vehicle_height,
+        max_steer_angle_rad: vehicle.max_steer_angle,
+    })?)
+}
+
+/// Delivers events in order; a reading thread stays ahead by a bounded number of them.
+fn play(player: &mut Player<'_>, recorder: &Recorder, events: impl Iterator<Item = Event> + Send) {
+    let (sender, receiver) = bounded(READ_AHEAD);
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for event in events {
+                // The other side hangs up when the session has failed.
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        for event in receiver {
+            if player.stopped.is_some() {
+                break;
+            }
+            player.take(event, recorder);
+        }
+    });
+    player.bar.finish_and_clear();
+}
+
+/// Feeds the node and keeps count of what it is fed.
+struct Player<'a> {
+    system: &'a SelectorSystem,
+    rate: Rate,
+    started: Instant,
+    first: Time,
+    bar: indicatif::ProgressBar,
+    messages: BTreeMap<String, Received>,
+    warnings: Vec<Failure>,
+    malformed: usize,
+    stopped: Option<Failure>,
+}
+
+impl<'a> Player<'a> {
+    fn new(session: &Session, system: &'a SelectorSystem, started: Instant) -> Self {
+        let (first, last) = session.span;
+        let bar = if session.progress {
+            let milliseconds = (last.nanoseconds() - first.nanoseconds()) / 1_000_000;
+            indicatif::ProgressBar::new(u64::try_from(milliseconds).unwrap_or(0))
+                .with_style(indicatif::ProgressStyle::default_bar())
+        } else {
+            indicatif::ProgressBar::hidden()
+        };
+        let messages = InputTopic::ALL.map(|topic| (topic.full_name(), Received::default())).into();
+        Self {
+            system,
+            rate: session.rate,
+            started,
+            first,
+            bar,
+            messages,
+            warnings: Vec::new(),
+            malformed: 0,
+            stopped: None,
+        }
+    }
+
+    fn take(&mut self, event: Event, recorder: &Recorder) {
+        match event {
+            Event::Input(input) => {
+                self.count(input.topic);
+                let milliseconds = (input.time.nanoseconds() - self.first.nanoseconds()) / 1_000_000;
+                if self.bar.position() + 100 < u64::try_from(milliseconds).unwrap_or(0) {
+                    self.bar.set_position(u64::try_from(milliseconds).unwrap_or(0));
+                    self.bar.set_message(crate::report::table::progress_line(&recorder.lock().statistics));
+                }
+                self.stopped = self.deliver(input).err().map(Failure::from);
+            }
+            Event::Malformed(topic, error) => {
+                self.count(topic).dropped.entry("malformed").and_modify(|count| *count += 1).or_insert(1);
+                self.malformed += 1;
+                if self.malformed <= MAX_MALFORMED_WARNINGS {
+                    self.warnings.push(Failure::note("malformed_message", error.to_string()));
+                }
+            }
+            Event::Broken(error) => self.stopped = Some(error.into()),
+        }
+    }
+
+    fn count(&mut self, topic: InputTopic) -> &mut Received {
+        let received = self.messages.entry(topic.full_name()).or_default();
+        received.received += 1;
+        received
+    }
+
+    fn deliver(&self, input: TimedInput) -> Result<(), SystemError> {
+        if let Rate::Times(rate) = self.rate {
+            self.keep_pace(rate, input.time)?;
+        }
+        self.system.advance_to(input.time)?;
+        self.system.deliver(input.input)
+    }
+
+    /// Waits until the drive's time has come, and lets the fallback timer fire at its own time before that.
+    fn keep_pace(&self, rate: f64, time: Time) -> Result<(), SystemError> {
+        loop {
+            let deadline = self.system.settle()?.deadline;
+            let next = deadline.min(time);
+            let due_s = (next.nanoseconds() - self.first.nanoseconds()) as f64 * 1e-9 / rate;
+            let due = self.started + Duration::from_secs_f64(due_s.max(0.0));
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            if next == time {
+                return Ok(());
+            }
+            self.system.advance_to(next)?;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates() {
+        assert_eq!("max".parse(), Ok(Rate::Max));
+        assert_eq!("2.5".parse(), Ok(Rate::Times(2.5)));
+        for bad in ["", "0", "-1", "nan", "inf", "fast"] {
+            assert!(bad.parse::<Rate>().is_err(), "{bad}");
+        }
+    }
+}
