@@ -143,7 +143,7 @@ impl Projection {
                     return Err(ProjectionError::FarFromZone { zone: origin.zone });
                 }
                 // A map across the equator stays in one piece.
-                let northing = point.from_equator() - origin.from_equator();
+                let northing = point.metres_north() - origin.metres_north();
                 Ok([point.easting - origin.easting, northing, elevation_m])
             }
             Kind::LocalCartesian(plane) => Ok(plane.forward(position, elevation_m)),
@@ -192,7 +192,7 @@ pub struct Utm {
 
 impl Utm {
     /// Metres from the equator, negative to the south.
-    fn from_equator(&self) -> f64 {
+    fn metres_north(&self) -> f64 {
         if self.north { self.northing } else { self.northing - FALSE_NORTHING_M }
     }
 

@@ -15,9 +15,8 @@ pub(super) fn segment_distance(a: Position, b: Position, point: Position) -> f64
     } else if along >= length_2 {
         (bx * bx + by * by).sqrt()
     } else {
-        let share = along / length_2;
-        let (fx, fy) = (ax + share * dx, ay + share * dy);
-        (fx * fx + fy * fy).sqrt()
+        // Exactly 0 on the segment, which the way over the foot would miss by rounding.
+        (ax * dy - ay * dx).abs() / length_2.sqrt()
     }
 }
 

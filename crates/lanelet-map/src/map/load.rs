@@ -38,18 +38,12 @@ impl Map {
             .iter()
             .map(|file| std::fs::read(file).map_err(|source| MapError::Read { path: file.clone(), source }))
             .collect::<Result<Vec<_>, _>>()?;
-        if let [bytes] = contents.as_slice() {
-            if archive::is_archive(bytes) {
-                let map = archive::decode(bytes)?;
-                let (format_version, map_version) = (String::new(), String::new());
-                return Ok(LoadedMap {
-                    map,
-                    issues: Vec::new(),
-                    projector: None,
-                    format_version,
-                    map_version,
-                });
-            }
+        if let [bytes] = contents.as_slice()
+            && archive::is_archive(bytes)
+        {
+            let map = archive::decode(bytes)?;
+            let (format_version, map_version) = (String::new(), String::new());
+            return Ok(LoadedMap { map, issues: Vec::new(), projector: None, format_version, map_version });
         }
         let projector = match options.projector {
             Some(projector) => Some(projector),

@@ -44,10 +44,11 @@ fn signed_distance(line: &[[f64; 3]], point: [f64; 3]) -> f64 {
     let mut left = is_left(a, b, point);
     // Beyond a corner the segment after it may see the point on the other side; the sharper one is right.
     let after_corner = line.iter().position(|p| *p == b).and_then(|first| line.get(first + 1));
-    if let Some(c) = after_corner.filter(|_| at_end) {
-        if is_left(b, *c, point) != left && is_left(a, b, *c) == left {
-            left = !left;
-        }
+    if let Some(c) = after_corner.filter(|_| at_end)
+        && is_left(b, *c, point) != left
+        && is_left(a, b, *c) == left
+    {
+        left = !left;
     }
     if left { distance_2.sqrt() } else { -distance_2.sqrt() }
 }
