@@ -8,6 +8,8 @@ mod transverse_mercator;
 
 pub use info::read_projector_info;
 
+use std::sync::LazyLock;
+
 use self::transverse_mercator::TransverseMercator;
 use crate::error::GridSquare;
 
@@ -17,6 +19,8 @@ const SEMI_MAJOR_M: f64 = 6_378_137.0;
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// Scale on the central meridian of a UTM zone.
 const UTM_SCALE: f64 = 0.9996;
+/// The projection of all UTM zones.
+static UTM: LazyLock<TransverseMercator> = LazyLock::new(|| TransverseMercator::new(UTM_SCALE));
 /// Added to northings of the southern hemisphere, in metres.
 const FALSE_NORTHING_M: f64 = 10_000_000.0;
 /// Eastings are given from 0 to here, in metres; further away the projection tears.
@@ -224,8 +228,7 @@ fn utm_in_zone(position: GeoPoint, zone: u8) -> Result<Utm, ProjectionError> {
         return Err(ProjectionError::Polar { latitude_deg });
     }
     let meridian = f64::from(zone) * 6.0 - 183.0;
-    let mercator = TransverseMercator::new(UTM_SCALE);
-    let [x, y] = mercator.forward(latitude_deg, normalized_deg(longitude_deg - meridian));
+    let [x, y] = UTM.forward(latitude_deg, normalized_deg(longitude_deg - meridian));
     let north = latitude_deg >= 0.0;
     let northing = if north { y } else { y + FALSE_NORTHING_M };
     Ok(Utm { zone, north, easting: x + 500_000.0, northing })

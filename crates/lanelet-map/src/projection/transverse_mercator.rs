@@ -31,14 +31,24 @@ impl TransverseMercator {
         let conformal = tau * sigma.hypot(1.0) - sigma * hypotenuse;
         let xi0 = conformal.atan2(cos_longitude);
         let eta0 = (sin_longitude / conformal.hypot(cos_longitude)).asinh();
-        let (mut xi, mut eta) = (xi0, eta0);
-        for (k, factor) in self.series.iter().enumerate() {
-            let multiple = 2.0 * (k + 1) as f64;
-            let (sin, cos) = (multiple * xi0).sin_cos();
-            xi += factor * sin * (multiple * eta0).cosh();
-            eta += factor * cos * (multiple * eta0).sinh();
-        }
+        let (xi, eta) = self.corrected(xi0, eta0);
         [self.radius_m * eta, self.radius_m * xi]
+    }
+
+    /// Adds the sum of factor k times sin(2 k (xi + i eta)), by Clenshaw's recurrence in complex numbers.
+    fn corrected(&self, xi: f64, eta: f64) -> (f64, f64) {
+        let (sin, cos) = (2.0 * xi).sin_cos();
+        let (sinh, cosh) = ((2.0 * eta).sinh(), (2.0 * eta).cosh());
+        // 2 cos(2 (xi + i eta)).
+        let (re, im) = (2.0 * cos * cosh, -2.0 * sin * sinh);
+        let (mut next, mut after) = ((0.0, 0.0), (0.0, 0.0));
+        for factor in self.series.iter().rev() {
+            let current = (factor + re * next.0 - im * next.1 - after.0, re * next.1 + im * next.0 - after.1);
+            (next, after) = (current, next);
+        }
+        // Times sin(2 (xi + i eta)).
+        let (sin_re, sin_im) = (sin * cosh, cos * sinh);
+        (xi + sin_re * next.0 - sin_im * next.1, eta + sin_re * next.1 + sin_im * next.0)
     }
 }
 
