@@ -196,9 +196,26 @@ pub enum ArchiveProblem {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum XmlProblem {
-    /// Not well-formed.
-    #[error("not well-formed XML: {0}")]
-    Malformed(String),
+    /// A tag, comment or declaration does not end.
+    #[error("a tag, comment or declaration does not end")]
+    UnfinishedTag,
+    /// An attribute is not of the form `name="value"`.
+    #[error("an attribute is not of the form name=\"value\"")]
+    BadAttribute,
+    /// A closing tag closes another element than the one that is open.
+    #[error("</{found}> where <{expected}> is open")]
+    MismatchedEnd {
+        /// The element that is open; empty if there is none.
+        expected: String,
+        /// The element that is closed.
+        found: String,
+    },
+    /// The file ends inside an element.
+    #[error("the file ends inside <{name}>")]
+    UnfinishedElement {
+        /// The element that is open.
+        name: String,
+    },
     /// No `<osm>` element.
     #[error("there is no <osm> element")]
     NoOsmElement,

@@ -14,6 +14,7 @@ mod assemble;
 mod centerline;
 mod document;
 mod rule;
+mod xml;
 
 use crate::error::{LoadIssue, MapError};
 use crate::map::Map;

@@ -2,11 +2,7 @@
 
 use std::borrow::Cow;
 
-use quick_xml::events::attributes::Attribute;
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::name::QName;
-use quick_xml::{Reader, XmlVersion};
-
+use super::xml::{Event, Scanner, unescaped};
 use crate::error::{MapError, XmlProblem};
 use crate::map::store::{Span, Store};
 use crate::projection::Projector;
@@ -66,17 +62,21 @@ pub(super) struct Document {
 }
 
 /// The element under `<osm>` that is being read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Open {
+    #[default]
     Nothing,
     Node,
     Way,
     Relation,
 }
 
+/// Names and raw values of the attributes of a tag.
+type XmlAttributes<'e> = &'e [(&'e str, &'e str)];
+
 /// State between the events of one file.
+#[derive(Default)]
 struct Cursor {
-    depth: usize,
     inside_osm: bool,
     seen_osm: bool,
     open: Open,
@@ -93,45 +93,21 @@ impl Document {
             Ok(text) => Cow::Borrowed(text),
             Err(_) => String::from_utf8_lossy(bytes),
         };
-        let mut reader = Reader::from_str(&text);
-        let mut cursor = Cursor {
-            depth: 0,
-            inside_osm: false,
-            seen_osm: false,
-            open: Open::Nothing,
-            first_attribute: 0,
-            has_elevation: false,
-        };
+        let mut scanner = Scanner::new(&text);
+        let mut cursor = Cursor::default();
         loop {
-            let event = reader
-                .read_event()
-                .map_err(|error| malformed(&text, reader.error_position() as usize, error.to_string()))?;
-            let mut begin = |cursor: &mut Cursor, element: &BytesStart<'_>| {
-                let attributes = XmlAttributes(element.attributes_raw());
-                self.begin(cursor, element.name().as_ref(), attributes).map_err(|NotAnAttribute| {
-                    let reason = "an attribute is not of the form name=\"value\"".to_owned();
-                    malformed(&text, reader.buffer_position() as usize, reason)
-                })
-            };
+            let event = scanner.next().map_err(|problem| MapError::Xml { line: scanner.line(), problem })?;
             match event {
-                Event::Start(element) => {
-                    begin(&mut cursor, &element)?;
-                    cursor.depth += 1;
+                Event::Open { name, is_empty } => {
+                    let depth = scanner.depth() - usize::from(!is_empty);
+                    self.begin(&mut cursor, depth, name, scanner.attributes());
+                    if is_empty {
+                        self.end(&mut cursor, depth);
+                    }
                 }
-                Event::Empty(element) => {
-                    begin(&mut cursor, &element)?;
-                    self.end(&mut cursor);
-                }
-                Event::End(_) => {
-                    cursor.depth = cursor.depth.saturating_sub(1);
-                    self.end(&mut cursor);
-                }
-                Event::Eof => break,
-                _ => {}
+                Event::Close => self.end(&mut cursor, scanner.depth()),
+                Event::End => break,
             }
-        }
-        if cursor.depth > 0 {
-            return Err(malformed(&text, text.len(), "the file ends inside an element".to_owned()));
         }
         if cursor.seen_osm {
             Ok(())
@@ -146,57 +122,42 @@ impl Document {
         if self.nodes.iter().any(has_position) { Projector::Mgrs } else { Projector::Local }
     }
 
-    fn begin(
-        &mut self,
-        cursor: &mut Cursor,
-        name: &str,
-        attributes: XmlAttributes<'_>,
-    ) -> Result<(), NotAnAttribute> {
-        match (cursor.depth, name) {
+    /// An opening tag; `depth` elements are around it.
+    fn begin(&mut self, cursor: &mut Cursor, depth: usize, name: &str, attributes: XmlAttributes<'_>) {
+        match (depth, name) {
             (0, "osm") => {
                 cursor.inside_osm = true;
                 cursor.seen_osm = true;
             }
-            (1, kind) if cursor.inside_osm => self.begin_element(cursor, kind, attributes)?,
-            (2, "tag") if cursor.open != Open::Nothing => self.tag(cursor, attributes)?,
+            (1, kind) if cursor.inside_osm => self.begin_element(cursor, kind, attributes),
+            (2, "tag") if cursor.open != Open::Nothing => self.tag(cursor, attributes),
             (2, "nd") if cursor.open == Open::Way => {
-                let mut node = 0;
-                for attribute in attributes {
-                    if let ("ref", value) = attribute? {
-                        node = integer(value);
-                    }
-                }
-                self.way_nodes.push(node);
+                let node = attributes.iter().find(|(name, _)| *name == "ref");
+                self.way_nodes.push(node.map_or(0, |(_, value)| integer(value)));
                 if let Some(way) = self.ways.last_mut() {
                     way.nodes.len += 1;
                 }
             }
-            (2, "member") if cursor.open == Open::Relation => self.member(attributes)?,
+            (2, "member") if cursor.open == Open::Relation => self.member(attributes),
             _ => {}
         }
-        Ok(())
     }
 
-    fn begin_element(
-        &mut self,
-        cursor: &mut Cursor,
-        kind: &str,
-        xml: XmlAttributes<'_>,
-    ) -> Result<(), NotAnAttribute> {
+    fn begin_element(&mut self, cursor: &mut Cursor, kind: &str, xml: XmlAttributes<'_>) {
         let open = match kind {
             "node" => Open::Node,
             "way" => Open::Way,
             "relation" => Open::Relation,
             "MetaInfo" => return self.meta_info(xml),
-            _ => return Ok(()),
+            _ => return,
         };
         let (mut id, mut latitude_deg, mut longitude_deg) = (0, 0.0, 0.0);
         for attribute in xml {
-            match attribute? {
+            match *attribute {
                 ("id", value) => id = integer(value),
                 ("lat", value) => latitude_deg = leading_number(value).unwrap_or(0.0),
                 ("lon", value) => longitude_deg = leading_number(value).unwrap_or(0.0),
-                ("action", "delete") => return Ok(()),
+                ("action", "delete") => return,
                 _ => {}
             }
         }
@@ -218,27 +179,25 @@ impl Document {
                 self.relations.push(Relation { id, attributes, members });
             }
         }
-        Ok(())
     }
 
     /// The first file speaks for all.
-    fn meta_info(&mut self, attributes: XmlAttributes<'_>) -> Result<(), NotAnAttribute> {
+    fn meta_info(&mut self, attributes: XmlAttributes<'_>) {
         if self.format_version.is_empty() && self.map_version.is_empty() {
             for attribute in attributes {
-                match attribute? {
+                match *attribute {
                     ("format_version", value) => self.format_version = unescaped(value).into_owned(),
                     ("map_version", value) => self.map_version = unescaped(value).into_owned(),
                     _ => {}
                 }
             }
         }
-        Ok(())
     }
 
-    fn tag(&mut self, cursor: &mut Cursor, attributes: XmlAttributes<'_>) -> Result<(), NotAnAttribute> {
+    fn tag(&mut self, cursor: &mut Cursor, attributes: XmlAttributes<'_>) {
         let (mut key, mut text) = (Cow::Borrowed(""), Cow::Borrowed(""));
         for attribute in attributes {
-            match attribute? {
+            match *attribute {
                 ("k", value) => key = unescaped(value),
                 ("v", value) => text = unescaped(value),
                 _ => {}
@@ -249,16 +208,15 @@ impl Document {
                 node.elevation_m = leading_number(&text).unwrap_or(0.0);
                 cursor.has_elevation = true;
             }
-            return Ok(());
+            return;
         }
         self.store.push_attribute(key.as_bytes(), text.as_bytes());
-        Ok(())
     }
 
-    fn member(&mut self, attributes: XmlAttributes<'_>) -> Result<(), NotAnAttribute> {
+    fn member(&mut self, attributes: XmlAttributes<'_>) {
         let (mut kind, mut id, mut role) = (None, 0, Cow::Borrowed(""));
         for attribute in attributes {
-            match attribute? {
+            match *attribute {
                 ("type", "node") => kind = Some(MemberType::Node),
                 ("type", "way") => kind = Some(MemberType::Way),
                 ("type", "relation") => kind = Some(MemberType::Relation),
@@ -272,33 +230,27 @@ impl Document {
             self.members.push(RelationMember { kind, id, role });
             relation.members.len += 1;
         }
-        Ok(())
     }
 
-    /// The end of an element; its depth is that of the cursor.
-    fn end(&mut self, cursor: &mut Cursor) {
-        match cursor.depth {
+    /// The end of an element; `depth` elements are around it.
+    fn end(&mut self, cursor: &mut Cursor, depth: usize) {
+        match depth {
             0 => cursor.inside_osm = false,
             1 => {
                 let start = cursor.first_attribute;
-                match std::mem::replace(&mut cursor.open, Open::Nothing) {
-                    Open::Nothing => {}
-                    Open::Node => {
-                        let attributes = self.close_attributes(start);
-                        self.nodes.iter_mut().next_back().into_iter().for_each(|n| n.attributes = attributes);
-                    }
-                    Open::Way => {
-                        let attributes = self.close_attributes(start);
-                        self.ways.iter_mut().next_back().into_iter().for_each(|w| w.attributes = attributes);
-                    }
-                    Open::Relation => {
-                        let attributes = self.close_attributes(start);
-                        self.relations
-                            .iter_mut()
-                            .next_back()
-                            .into_iter()
-                            .for_each(|r| r.attributes = attributes);
-                    }
+                let open = std::mem::take(&mut cursor.open);
+                if open == Open::Nothing {
+                    return;
+                }
+                let attributes = self.close_attributes(start);
+                let slot = match open {
+                    Open::Nothing => None,
+                    Open::Node => self.nodes.last_mut().map(|node| &mut node.attributes),
+                    Open::Way => self.ways.last_mut().map(|way| &mut way.attributes),
+                    Open::Relation => self.relations.last_mut().map(|relation| &mut relation.attributes),
+                };
+                if let Some(slot) = slot {
+                    *slot = attributes;
                 }
             }
             _ => {}
@@ -310,53 +262,6 @@ impl Document {
         self.store.attributes[start..].reverse();
         self.store.close_attributes(start)
     }
-}
-
-fn malformed(text: &str, at: usize, reason: String) -> MapError {
-    let before = &text.as_bytes()[..at.min(text.len())];
-    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-    MapError::Xml { line, problem: XmlProblem::Malformed(reason) }
-}
-
-/// The text of a tag is not a list of `name="value"`.
-#[derive(Debug)]
-struct NotAnAttribute;
-
-/// Names and raw values of the attributes of a tag. The general iterator of the XML reader costs a third of the time
-/// of a whole map.
-struct XmlAttributes<'e>(&'e str);
-
-impl<'e> Iterator for XmlAttributes<'e> {
-    type Item = Result<(&'e str, &'e str), NotAnAttribute>;
-
-    #[inline]
-    fn next(&mut self) -> Option<Self::Item> {
-        let text = self.0.trim_ascii_start();
-        if text.is_empty() {
-            return None;
-        }
-        let parts = text.split_once('=').and_then(|(name, rest)| {
-            let rest = rest.trim_ascii_start();
-            let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
-            let (value, rest) = rest[1..].split_once(quote)?;
-            Some((name.trim_ascii_end(), value, rest))
-        });
-        let Some((name, value, rest)) = parts else {
-            self.0 = "";
-            return Some(Err(NotAnAttribute));
-        };
-        self.0 = rest;
-        Some(Ok((name, value)))
-    }
-}
-
-/// The value with white space and entities replaced; entities that nobody knows stay as they are written.
-fn unescaped(value: &str) -> Cow<'_, str> {
-    if !value.bytes().any(|byte| matches!(byte, b'&' | b'\t' | b'\n' | b'\r')) {
-        return Cow::Borrowed(value);
-    }
-    let attribute = Attribute { key: QName(""), value: Cow::Borrowed(value) };
-    attribute.normalized_value(XmlVersion::Implicit1_0).unwrap_or(Cow::Borrowed(value))
 }
 
 /// An id; 0 if the text does not begin with an integer.
@@ -462,7 +367,7 @@ mod tests {
             .iter()
             .map(|a| (document.store.str(a.key), document.store.str(a.value)))
             .collect();
-        assert_eq!(attributes, [("d", "2"), ("n", "&lt;&#228;&unknown;")]);
+        assert_eq!(attributes, [("d", "2"), ("n", "<ä&unknown;")]);
         assert_eq!(document.map_version, "7");
     }
 }
