@@ -1,4 +1,5 @@
 //! Every archive with known content decodes to exactly that content.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/describe.rs"]
 mod describe;

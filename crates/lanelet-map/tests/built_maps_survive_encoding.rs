@@ -1,4 +1,5 @@
 //! Maps made in code are the same after encoding and decoding.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/fixture.rs"]
 mod fixture;

@@ -1,4 +1,5 @@
 //! Whatever the bytes: a map or an error, never a panic, and memory bounded by four times the input plus 64 MB.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/allocations.rs"]
 mod allocations;

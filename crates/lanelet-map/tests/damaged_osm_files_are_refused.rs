@@ -1,4 +1,5 @@
 //! Whatever the text: a map or an error, never a panic; strict mode refuses what lenient mode reports.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/shared.rs"]
 mod shared;

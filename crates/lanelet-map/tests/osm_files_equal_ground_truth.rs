@@ -1,4 +1,5 @@
 //! Every OSM file with known content is read as Autoware reads it.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/describe.rs"]
 mod describe;

@@ -1,4 +1,5 @@
 //! Every projection vector is reproduced to a micrometre.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/shared.rs"]
 mod shared;

@@ -1,4 +1,5 @@
 //! Spatial queries give what a look at every element gives, on generated maps and on real ones.
+#![allow(clippy::unwrap_used, clippy::panic)] // A test that cannot go on should stop.
 
 #[path = "support/shared.rs"]
 mod shared;

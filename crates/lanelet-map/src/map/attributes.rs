@@ -177,7 +177,7 @@ mod tests {
             let found = read(text, |a| a.speed_mps("key"));
             match (found, expected) {
                 (Some(found), Some(expected)) => {
-                    assert!((found - expected).abs() < 1e-9, "{text:?}: {found}")
+                    assert!((found - expected).abs() < 1e-9, "{text:?}: {found}");
                 }
                 _ => assert_eq!(found, expected, "{text:?}"),
             }

@@ -73,7 +73,8 @@ mod tests {
     #[test]
     fn what_each_subtype_needs() {
         use ParameterKind::{Lanelet, LineString, Polygon};
-        let cases: &[(&str, &[(&str, ParameterKind)], bool)] = &[
+        type Case<'a> = (&'a str, &'a [(&'a str, ParameterKind)], bool);
+        let cases: &[Case<'_>] = &[
             ("traffic_light", &[], false),
             ("traffic_light", &[("refers", LineString)], true),
             ("traffic_light", &[("refers", Polygon), ("ref_line", LineString)], true),

@@ -75,8 +75,8 @@ impl<'t> Scanner<'t> {
     /// A comment, character data, a declaration or an instruction.
     fn pass_over(&mut self) -> Result<(), XmlProblem> {
         let rest = &self.text[self.at..];
-        let end = if rest.starts_with("<!--") {
-            rest[4..].find("-->").map(|end| end + 4 + 3)
+        let end = if let Some(comment) = rest.strip_prefix("<!--") {
+            comment.find("-->").map(|end| end + 4 + 3)
         } else if rest.starts_with("<![CDATA[") {
             rest.find("]]>").map(|end| end + 3)
         } else if rest.starts_with("<?") {
@@ -137,9 +137,8 @@ impl<'t> Scanner<'t> {
         }
         self.at += 1;
         self.pass_space();
-        let quote = match self.peek() {
-            Some(quote @ (b'"' | b'\'')) => quote,
-            _ => return Err(XmlProblem::BadAttribute),
+        let Some(quote @ (b'"' | b'\'')) = self.peek() else {
+            return Err(XmlProblem::BadAttribute);
         };
         self.at += 1;
         let end = self.find(quote).ok_or(XmlProblem::UnfinishedTag)?;
