@@ -6,6 +6,7 @@
 pub mod check;
 pub mod failure;
 pub mod replay;
+pub mod verify;
 
 pub use failure::Failure;
 

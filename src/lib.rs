@@ -6,4 +6,5 @@ pub mod drive;
 pub mod recorder;
 pub mod report;
 pub mod session;
+pub mod golden;
 pub mod settings;
