@@ -42,6 +42,8 @@ pub enum Command {
     Replay(replay::ReplayArguments),
     /// Check parameter files and maps: all problems at once.
     Check(CheckArguments),
+    /// Hold the filters against recorded scenes with known verdicts.
+    Verify(VerifyArguments),
 }
 
 impl Command {
@@ -51,6 +53,7 @@ impl Command {
         match self {
             Self::Replay(_) => "replay",
             Self::Check(_) => "check",
+            Self::Verify(_) => "verify",
         }
     }
 }
@@ -92,6 +95,20 @@ pub struct CheckArguments {
     pub files: Vec<PathBuf>,
 }
 
+/// Arguments of `verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// Files of recorded scenes, or folders of them.
+    #[arg(required = true, value_name = "PATH")]
+    pub paths: Vec<PathBuf>,
+    /// Folder of the maps [default: `maps` beside the scenes' folder].
+    #[arg(long, value_name = "DIR")]
+    pub maps: Option<PathBuf>,
+    /// Only this filter; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    pub filter: Vec<String>,
+}
+
 /// Parses the command line, does what it says, and gives the exit code.
 #[must_use]
 pub fn main() -> u8 {
@@ -112,6 +129,7 @@ pub fn main() -> u8 {
     let answer = match cli.command {
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
+        Command::Verify(arguments) => return answer_verify(arguments, cli.json),
     };
     match answer {
         Ok(summary) => answer_run(&summary, cli.json),
@@ -160,19 +178,47 @@ fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
     let common = Common::new("check", errors, Vec::new());
     let exit_code = common.exit_code;
     if json {
-        print_json_if(true, &CheckAnswer { common, report: &report });
+        print_json_if(true, &Answer { common, report: &report });
     } else {
         print(&report.to_string());
     }
     exit_code
 }
 
+fn answer_verify(arguments: VerifyArguments, json: bool) -> u8 {
+    let VerifyArguments { paths, maps, filter: filters } = arguments;
+    let report = match verify::run(&verify::Options { paths, maps, filters }) {
+        Ok(report) => report,
+        Err(error) => {
+            let failure = Failure::from(error);
+            tell(&failure);
+            let common = Common::new("verify", vec![failure], Vec::new());
+            print_json_if(json, &common);
+            return common.exit_code;
+        }
+    };
+    let errors = match report.exit_code() {
+        0 => Vec::new(),
+        _ => vec![Failure::requirement("verdicts differ that are not listed as deviations".to_owned())],
+    };
+    errors.iter().for_each(tell);
+    let common = Common::new("verify", errors, Vec::new());
+    let exit_code = common.exit_code;
+    if json {
+        print_json_if(true, &Answer { common, report: &report });
+    } else {
+        print(&report.to_string());
+    }
+    exit_code
+}
+
+/// The result of a command beside what every command says.
 #[derive(Serialize)]
-struct CheckAnswer<'a> {
+struct Answer<'a, T> {
     #[serde(flatten)]
     common: Common,
     #[serde(flatten)]
-    report: &'a check::CheckReport,
+    report: &'a T,
 }
 
 /// The summary of a session that has ended, well or not.

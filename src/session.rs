@@ -179,6 +179,20 @@ fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
     })?)
 }
 
+/// A drive of which no candidate message can be decoded was judged by nobody, however smoothly it ran.
+fn nothing_decoded(messages: &BTreeMap<String, Received>, interface: Interface) -> Option<Failure> {
+    let lost = |topic: InputTopic| {
+        let received = messages.get(&topic.full_name())?;
+        let malformed = received.dropped.get("malformed").copied().unwrap_or(0);
+        (received.received > 0 && malformed == received.received).then_some((topic, malformed))
+    };
+    let (topic, count) = lost(InputTopic::Generative).or_else(|| lost(InputTopic::Backup))?;
+    let name = topic.full_name();
+    Some(Failure::malformed(format!(
+        "none of the {count} messages on {name} is a message of interface {interface}; try another --interface"
+    )))
+}
+
 /// Delivers events in order; a reading thread stays ahead by a bounded number of them.
 fn play(player: &mut Player<'_>, recorder: &Recorder, events: impl Iterator<Item = Event> + Send) {
     let (sender, receiver) = bounded(READ_AHEAD);

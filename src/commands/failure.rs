@@ -13,6 +13,8 @@ use std::fmt;
 const FAILED: u8 = 1;
 /// The command line or the settings are wrong.
 const USAGE: u8 = 2;
+/// The command did its work, and the result is not what was required.
+const REQUIREMENT: u8 = 3;
 
 /// What went wrong, or is odd.
 #[derive(Debug, Clone, Serialize)]
@@ -50,6 +52,18 @@ impl Failure {
     #[must_use]
     pub fn output(message: String) -> Self {
         Self::new("output", FAILED, message)
+    }
+
+    /// Nothing that came in can be decoded.
+    #[must_use]
+    pub fn malformed(message: String) -> Self {
+        Self::new("malformed_message", FAILED, message)
+    }
+
+    /// The work is done, the result is not what was required.
+    #[must_use]
+    pub fn requirement(message: String) -> Self {
+        Self::new("requirement", REQUIREMENT, message)
     }
 
     /// Something odd that does not stop anything.
@@ -120,6 +134,12 @@ impl From<UnknownFilter> for Failure {
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
         Self::new("map", FAILED, error)
+    }
+}
+
+impl From<super::verify::VerifyError> for Failure {
+    fn from(error: super::verify::VerifyError) -> Self {
+        Self::new("scenes", FAILED, error)
     }
 }
 

@@ -1,0 +1,146 @@
+//! What a cycle costs beside judging: mailboxes, snapshots, hand-over to the pool, reports, publication.
+//!
+//! Drives the actor system with anchors of 64 candidates x 80 points and prints, for each number of threads, the median
+//! time of judging and of everything else between the arrival of the anchor and the last output handed over. The sink
+//! takes outputs and drops them, so the cost of a file or a network is not in the figure.
+//!
+//! Run: `cargo bench --bench cycle`
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark is a program of its own and fails by panicking")]
+
+use crossbeam_channel::{Sender, unbounded};
+use lanelet_map::MapBuilder;
+use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
+use messages::autoware_planning_msgs::TrajectoryPoint;
+use messages::builtin_interfaces::{Duration as Span, Time};
+use messages::geometry_msgs::{Point, Pose, Quaternion};
+use messages::std_msgs::{Header, Text};
+use messages::unique_identifier_msgs::Uuid;
+use motion::VehicleInfo;
+use selection::Validator;
+use selection::parameters::ValidatorParameters;
+use selector_actors::cycle::{CycleReport, CycleTimes, Outcome};
+use selector_actors::publisher::PublishedTimes;
+use selector_actors::{Clock, Config, Input, Publication, SelectorSystem, Sink, SinkError};
+use std::sync::Arc;
+use std::time::Duration;
+
+const CANDIDATES: u8 = 64;
+const POINTS: u32 = 80;
+const CYCLES: usize = 2000;
+
+/// Drops outputs, keeps times.
+struct Stopwatch(Sender<Sample>);
+
+/// One cycle, ns.
+struct Sample {
+    judge: Duration,
+    cycle: Duration,
+}
+
+impl Sink for Stopwatch {
+    fn publish(&mut self, _: Publication) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
+        if let Outcome::Judged(judged) = &report.outcome {
+            let sample = Sample { judge: judged.observe + judged.judge, cycle: times.cycle };
+            self.0.send(sample).unwrap();
+        }
+    }
+}
+
+fn main() {
+    println!("one cycle, {CANDIDATES} candidates x {POINTS} points, data validity and vehicle constraint, {CYCLES} cycles");
+    println!("{:>8} {:>16} {:>16} {:>16} {:>8}", "threads", "judging p50 µs", "own cost p50 µs", "cycle p50 µs", "own/judging");
+    for threads in [1, 2] {
+        let (judge, own, cycle) = measure(threads);
+        println!("{threads:>8} {judge:>16.1} {own:>16.1} {cycle:>16.1} {:>8.2}", own / judge);
+    }
+}
+
+/// Medians in µs: judging, everything else, all.
+fn measure(threads: usize) -> (f64, f64, f64) {
+    let (sender, samples) = unbounded();
+    let parameters = ValidatorParameters {
+        filter_names: vec!["safety::VehicleConstraintFilter".to_owned()],
+        shadow_mode_filter_names: Vec::new(),
+        ..ValidatorParameters::default()
+    };
+    let vehicle = VehicleInfo::default();
+    let config = Config {
+        clock: Clock::stepped(Time { sec: 10, nanosec: 0 }),
+        threads,
+        fallback_period_ms: 150,
+        duration_time_s: 0.2,
+        vehicle,
+        validator: Validator::new(parameters, &vehicle).unwrap(),
+        published_times: PublishedTimes::Measured,
+    };
+    let system = SelectorSystem::start(config, Box::new(Stopwatch(sender))).unwrap();
+    for input in [
+        Input::ReadyMap(Arc::new(map()), "map".into()),
+        Input::Odometry(Default::default()),
+        Input::Objects(Default::default()),
+        Input::Acceleration(Default::default()),
+    ] {
+        system.deliver(input).unwrap();
+    }
+    let anchor = anchor();
+    for _ in 0..CYCLES {
+        system.deliver(Input::Generative(anchor.clone())).unwrap();
+    }
+    system.stop().unwrap();
+    let samples: Vec<Sample> = samples.try_iter().collect();
+    assert_eq!(samples.len(), CYCLES);
+    let median = |of: fn(&Sample) -> Duration| {
+        let mut times: Vec<Duration> = samples.iter().map(of).collect();
+        times.sort_unstable();
+        times[times.len() / 2].as_secs_f64() * 1e6
+    };
+    (median(|s| s.judge), median(|s| s.cycle.saturating_sub(s.judge)), median(|s| s.cycle))
+}
+
+fn map() -> lanelet_map::Map {
+    let mut builder = MapBuilder::new();
+    for (id, x, y) in [(1, 0.0, 2.0), (2, 50.0, 2.0), (3, 0.0, -2.0), (4, 50.0, -2.0)] {
+        builder.point(id, [x, y, 0.0], &[]).unwrap();
+    }
+    builder.line_string(11, &[1, 2], &[]).unwrap();
+    builder.line_string(12, &[3, 4], &[]).unwrap();
+    builder.lanelet(21, 11, 12, &[("subtype", "road")]).unwrap();
+    builder.build().unwrap()
+}
+
+/// Gentle curves at 8 m/s, each a little different.
+fn anchor() -> Arc<CandidateTrajectories> {
+    let point = |candidate: u8, index: u32| {
+        let (time_s, curvature) = (f64::from(index) * 0.1, (f64::from(candidate) - 32.0) * 1e-3);
+        let (along, heading) = (8.0 * time_s, 8.0 * time_s * curvature);
+        TrajectoryPoint {
+            time_from_start: Span::from_nanoseconds(i64::from(index) * 100_000_000),
+            pose: Pose {
+                position: Point { x: along * (heading * 0.5).cos(), y: along * (heading * 0.5).sin(), z: 0.0 },
+                orientation: Quaternion::from_yaw(heading),
+            },
+            longitudinal_velocity_mps: 8.0,
+            ..TrajectoryPoint::default()
+        }
+    };
+    let candidate = |number: u8| {
+        Arc::new(CandidateTrajectory {
+            header: Header { stamp: Time { sec: 10, nanosec: 0 }, frame_id: "map".to_owned() },
+            generator_id: Uuid { uuid: [number % 8; 16] },
+            points: (0..POINTS).map(|index| point(number, index)).collect(),
+            ..CandidateTrajectory::default()
+        })
+    };
+    let info = |number: u8| GeneratorInfo {
+        generator_id: Uuid { uuid: [number; 16] },
+        generator_name: Text { data: format!("DiffusionPlanner_{number}") },
+    };
+    Arc::new(CandidateTrajectories {
+        candidate_trajectories: (0..CANDIDATES).map(candidate).collect(),
+        generator_info: (0..8).map(info).collect(),
+    })
+}
