@@ -5,7 +5,11 @@
 //! takes outputs and drops them, so the cost of a file or a network is not in the figure.
 //!
 //! Run: `cargo bench --bench cycle`
-#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark is a program of its own and fails by panicking")]
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    reason = "a benchmark is a program of its own and fails by panicking"
+)]
 
 use crossbeam_channel::{Sender, unbounded};
 use lanelet_map::MapBuilder;
@@ -51,8 +55,13 @@ impl Sink for Stopwatch {
 }
 
 fn main() {
-    println!("one cycle, {CANDIDATES} candidates x {POINTS} points, data validity and vehicle constraint, {CYCLES} cycles");
-    println!("{:>8} {:>16} {:>16} {:>16} {:>8}", "threads", "judging p50 µs", "own cost p50 µs", "cycle p50 µs", "own/judging");
+    println!(
+        "one cycle, {CANDIDATES} candidates x {POINTS} points, data validity and vehicle constraint, {CYCLES} cycles"
+    );
+    println!(
+        "{:>8} {:>16} {:>16} {:>16} {:>8}",
+        "threads", "judging p50 µs", "own cost p50 µs", "cycle p50 µs", "own/judging"
+    );
     for threads in [1, 2] {
         let (judge, own, cycle) = measure(threads);
         println!("{threads:>8} {judge:>16.1} {own:>16.1} {cycle:>16.1} {:>8.2}", own / judge);
@@ -120,7 +129,11 @@ fn anchor() -> Arc<CandidateTrajectories> {
         TrajectoryPoint {
             time_from_start: Span::from_nanoseconds(i64::from(index) * 100_000_000),
             pose: Pose {
-                position: Point { x: along * (heading * 0.5).cos(), y: along * (heading * 0.5).sin(), z: 0.0 },
+                position: Point {
+                    x: along * (heading * 0.5).cos(),
+                    y: along * (heading * 0.5).sin(),
+                    z: 0.0,
+                },
                 orientation: Quaternion::from_yaw(heading),
             },
             longitudinal_velocity_mps: 8.0,

@@ -4,6 +4,7 @@
 //! stdout, also on failure. Exit codes: 0 done, 1 failed, 2 usage or settings, 3 requirement missed.
 
 pub mod check;
+pub mod demo;
 pub mod failure;
 pub mod replay;
 pub mod verify;
@@ -38,6 +39,8 @@ pub struct Cli {
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Drive 20 s along a generated road with lights, crossings and traffic, and validate every candidate.
+    Demo(demo::DemoArguments),
     /// Run a recorded drive through the node.
     Replay(replay::ReplayArguments),
     /// Check parameter files and maps: all problems at once.
@@ -51,6 +54,7 @@ impl Command {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
+            Self::Demo(_) => "demo",
             Self::Replay(_) => "replay",
             Self::Check(_) => "check",
             Self::Verify(_) => "verify",
@@ -127,6 +131,7 @@ pub fn main() -> u8 {
         .try_init();
     let name = cli.command.name();
     let answer = match cli.command {
+        Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Verify(arguments) => return answer_verify(arguments, cli.json),

@@ -3,8 +3,9 @@
 pub mod bag;
 pub mod commands;
 pub mod drive;
+pub mod golden;
 pub mod recorder;
 pub mod report;
+pub mod scenario;
 pub mod session;
-pub mod golden;
 pub mod settings;

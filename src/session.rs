@@ -132,6 +132,9 @@ impl Session {
                 format!("{malformed} messages are malformed in all"),
             ));
         }
+        if errors.is_empty() {
+            errors.extend(nothing_decoded(&messages, self.interface));
+        }
         let statistics = std::mem::take(&mut recorder.lock().statistics);
         let result = RunResult {
             input: self.input,

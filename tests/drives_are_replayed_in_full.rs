@@ -1,6 +1,8 @@
 //! Every anchor of a recorded drive gives one cycle, the timer bridges what lacks one, and nothing stale, corrupt or
 //! rejected ever leaves the node.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 #[path = "program_support/program.rs"]
 mod program;
 
@@ -16,10 +18,27 @@ const WINDOW_S: f64 = 0.2;
 
 /// Recording, messages by topic, longest gap between anchors as the README of the drives tells it.
 const DRIVES: [(&str, [(&str, u64); 4]); 4] = [
-    ("intersection.mcap", [("odometry", 1000), ("objects", 200), ("trajectories_generative", 194), ("trajectories_backup", 200)]),
-    ("crosswalk.mcap", [("odometry", 600), ("objects", 120), ("trajectories_generative", 119), ("trajectories_backup", 120)]),
-    ("parking.mcap", [("odometry", 300), ("objects", 60), ("trajectories_generative", 59), ("trajectories_backup", 60)]),
-    ("stress.mcap", [("odometry", 150), ("objects", 30), ("trajectories_generative", 29), ("trajectories_backup", 30)]),
+    (
+        "intersection.mcap",
+        [
+            ("odometry", 1000),
+            ("objects", 200),
+            ("trajectories_generative", 194),
+            ("trajectories_backup", 200),
+        ],
+    ),
+    (
+        "crosswalk.mcap",
+        [("odometry", 600), ("objects", 120), ("trajectories_generative", 119), ("trajectories_backup", 120)],
+    ),
+    (
+        "parking.mcap",
+        [("odometry", 300), ("objects", 60), ("trajectories_generative", 59), ("trajectories_backup", 60)],
+    ),
+    (
+        "stress.mcap",
+        [("odometry", 150), ("objects", 30), ("trajectories_generative", 29), ("trajectories_backup", 30)],
+    ),
 ];
 
 #[test]
@@ -40,7 +59,8 @@ fn every_drive_is_replayed_and_only_accepted_candidates_leave() {
         assert_eq!(number(json, &["cycles", "coalesced"]), 0, "{drive}");
         let recorded = read(&output);
         let cycles = anchors + number(json, &["cycles", "timer"]);
-        let early: u64 = json["cycles"]["early_return"].as_object().unwrap().values().filter_map(|n| n.as_u64()).sum();
+        let early: u64 =
+            json["cycles"]["early_return"].as_object().unwrap().values().filter_map(|n| n.as_u64()).sum();
         assert_eq!(validated_sets(&recorded).len() as u64, cycles - early, "{drive}");
         only_accepted_candidates_leave(drive, &recorded);
         candidate_counts_agree(json, &recorded);
@@ -84,13 +104,15 @@ fn is_sound(point: &TrajectoryPoint) -> bool {
 
 fn generators_are_listed_once(set: &CandidateTrajectories) {
     let listed: BTreeSet<_> = set.generator_info.iter().map(|info| info.generator_id).collect();
-    let used: BTreeSet<_> = set.candidate_trajectories.iter().map(|candidate| candidate.generator_id).collect();
+    let used: BTreeSet<_> =
+        set.candidate_trajectories.iter().map(|candidate| candidate.generator_id).collect();
     assert_eq!(listed, used);
     assert_eq!(listed.len(), set.generator_info.len());
 }
 
 fn candidate_counts_agree(json: &serde_json::Value, recorded: &[Recorded]) {
-    let accepted: usize = validated_sets(recorded).iter().map(|(_, set)| set.candidate_trajectories.len()).sum();
+    let accepted: usize =
+        validated_sets(recorded).iter().map(|(_, set)| set.candidate_trajectories.len()).sum();
     let judged: usize = reports(recorded).iter().map(|(_, report)| report.reports.len()).sum();
     assert_eq!(number(json, &["candidates", "accepted"]), accepted as u64);
     assert_eq!(number(json, &["candidates", "judged"]), judged as u64);

@@ -1,6 +1,8 @@
 //! The same drive gives the same bytes: on one thread and on several, run after run, from MCAP and from sqlite3; and
 //! the same verdicts in either wire form of its candidates.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 #[path = "program_support/program.rs"]
 mod program;
 
@@ -10,7 +12,8 @@ use std::path::Path;
 fn replay(drive: &Path, threads: &str) -> (String, Vec<Recorded>) {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("out.mcap");
-    let arguments = ["replay", drive.to_str().unwrap(), "--threads", threads, "--output", output.to_str().unwrap()];
+    let arguments =
+        ["replay", drive.to_str().unwrap(), "--threads", threads, "--output", output.to_str().unwrap()];
     let outcome = run(&arguments);
     assert_eq!(outcome.exit_code, 0, "{}", outcome.stderr);
     let claimed = outcome.json["output"]["sha256"].as_str().unwrap().to_owned();
@@ -60,7 +63,8 @@ fn both_wire_forms_give_the_same_verdicts() {
 fn the_demo_depends_on_its_seed_alone() {
     let demo = |seed: &str, threads: &str| {
         let folder = tempfile::tempdir().unwrap();
-        let outcome = run(&["demo", "--seed", seed, "--threads", threads, "--output", folder.path().to_str().unwrap()]);
+        let outcome =
+            run(&["demo", "--seed", seed, "--threads", threads, "--output", folder.path().to_str().unwrap()]);
         assert_eq!(outcome.exit_code, 0, "{}", outcome.stderr);
         outcome.json["output"]["sha256"].as_str().unwrap().to_owned()
     };

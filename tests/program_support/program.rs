@@ -1,5 +1,10 @@
 //! Runs the program as a user does, and reads what it wrote.
-#![allow(dead_code, clippy::unwrap_used, clippy::panic, reason = "each test uses some of these; tests fail by panicking")]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "each test uses some of these; tests fail by panicking"
+)]
 
 use messages::autoware_internal_planning_msgs::CandidateTrajectories;
 use messages::autoware_trajectory_validator::ValidationReportArray;
@@ -11,16 +16,20 @@ use trajectory_selector::bag;
 
 /// What one run of the program gave.
 #[derive(Debug)]
-pub struct Run {
-    pub exit_code: i32,
+pub(crate) struct Run {
+    pub(crate) exit_code: i32,
     /// The one JSON object on stdout.
-    pub json: Value,
-    pub stderr: String,
+    pub(crate) json: Value,
+    pub(crate) stderr: String,
 }
 
 /// Runs the program with `--json`.
-pub fn run(arguments: &[&str]) -> Run {
-    let output = Command::new(env!("CARGO_BIN_EXE_trajectory-selector")).args(arguments).arg("--json").output().unwrap();
+pub(crate) fn run(arguments: &[&str]) -> Run {
+    let output = Command::new(env!("CARGO_BIN_EXE_trajectory-selector"))
+        .args(arguments)
+        .arg("--json")
+        .output()
+        .unwrap();
     let stdout = String::from_utf8(output.stdout).unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     let json = serde_json::from_str(&stdout).unwrap_or_else(|error| panic!("{error} in {stdout}\n{stderr}"));
@@ -28,7 +37,7 @@ pub fn run(arguments: &[&str]) -> Run {
 }
 
 /// The folder of recorded data beside the project, or a visible line and `None` where it is absent.
-pub fn shared(path: &str) -> Option<PathBuf> {
+pub(crate) fn shared(path: &str) -> Option<PathBuf> {
     let root = std::env::var_os("SELECTOR_SHARED")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
     let path = root.join(path);
@@ -40,16 +49,16 @@ pub fn shared(path: &str) -> Option<PathBuf> {
 }
 
 /// A number in the JSON, by its path of keys.
-pub fn number(json: &Value, keys: &[&str]) -> u64 {
+pub(crate) fn number(json: &Value, keys: &[&str]) -> u64 {
     let found = keys.iter().fold(json, |value, key| &value[*key]);
     found.as_u64().unwrap_or_else(|| panic!("{keys:?} is {found}"))
 }
 
 /// A recorded message: topic, log time in ns, payload.
-pub type Recorded = (String, i64, Vec<u8>);
+pub(crate) type Recorded = (String, i64, Vec<u8>);
 
 /// All messages of a recording; panics if it is not whole.
-pub fn read(path: &Path) -> Vec<Recorded> {
+pub(crate) fn read(path: &Path) -> Vec<Recorded> {
     let reader = bag::open(path).unwrap();
     let topics: Vec<_> = reader.connections().iter().map(|connection| connection.topic.to_string()).collect();
     reader
@@ -59,7 +68,7 @@ pub fn read(path: &Path) -> Vec<Recorded> {
 }
 
 /// The messages of one topic whose name ends like this, decoded, with their log times.
-pub fn decode<M: Message>(recorded: &[Recorded], topic: &str, interface: Interface) -> Vec<(i64, M)> {
+pub(crate) fn decode<M: Message>(recorded: &[Recorded], topic: &str, interface: Interface) -> Vec<(i64, M)> {
     recorded
         .iter()
         .filter(|(name, ..)| name.ends_with(topic))
@@ -68,11 +77,11 @@ pub fn decode<M: Message>(recorded: &[Recorded], topic: &str, interface: Interfa
 }
 
 /// The validated sets of a recording.
-pub fn validated_sets(recorded: &[Recorded]) -> Vec<(i64, CandidateTrajectories)> {
+pub(crate) fn validated_sets(recorded: &[Recorded]) -> Vec<(i64, CandidateTrajectories)> {
     decode(recorded, "/output/trajectories", Interface::V0_53)
 }
 
 /// The validation reports of a recording.
-pub fn reports(recorded: &[Recorded]) -> Vec<(i64, ValidationReportArray)> {
+pub(crate) fn reports(recorded: &[Recorded]) -> Vec<(i64, ValidationReportArray)> {
     decode(recorded, "/debug/validation_reports", Interface::V0_53)
 }

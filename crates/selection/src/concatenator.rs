@@ -112,7 +112,7 @@ impl Concatenator {
     /// An announcement without trajectories clears the generator. A message without announcements does nothing.
     pub fn add(&mut self, message: &CandidateTrajectories) {
         let announced = |id: Uuid| message.generator_info.iter().any(|info| info.generator_id == id);
-        added.unannounced = message
+        self.oddities.unannounced += message
             .candidate_trajectories
             .iter()
             .filter(|candidate| !announced(candidate.generator_id))
