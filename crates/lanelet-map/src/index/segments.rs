@@ -83,7 +83,7 @@ impl SegmentIndex {
                 found.truncate(count - 1);
                 found.insert(place, NearSegment { distance, segment });
             }
-            if found.len() < count { f64::INFINITY } else { found[count - 1].distance }
+            if found.len() < count { f64::INFINITY } else { found[count - 1].distance.powi(2) }
         });
     }
 
