@@ -1,21 +1,37 @@
-//! Generated drives: typed inputs as a vehicle would send them, the same for the same seed, without any clock.
+//! Generated drives: typed inputs as a vehicle would receive them, the same for the same seed, without any clock.
 //!
-//! The drive `road` lasts 20 s. The ego follows its lane on a gently curving two-way road, right-hand traffic, stops
-//! for a pedestrian at a crosswalk and at a red light, and drives on ([`script`] has the times). Messages are made one
-//! at a time while the drive is walked through. By stamp, in seconds from the start:
+//! The drive `road` lasts 20 s. The ego follows its lane on a gently curving two-way road (right-hand traffic), stops
+//! for a pedestrian at a crosswalk and at a red light, and drives on. There are a car ahead, three oncoming cars, a
+//! cyclist, and a truck parked beside the road. By stamp, in seconds from the start:
 //!
-//! | t | what planners and messages do |
+//! | t | event |
 //! |---|---|
-//! | 0 | map and route, stamped 12 and 2 s before; odometry, acceleration, objects and signals begin |
+//! | 0 | map and route, stamped 12 s and 2 s before; odometry, acceleration, objects and signals begin; light green |
 //! | 0.1 | candidates begin |
+//! | 0.8 | the pedestrian is near the crosswalk: from now on drivers yield; stands at the kerb from about 1.6 |
 //! | 3.0-3.2 | sample 2 is stale: stamped 0.35 s before its message |
+//! | 4.2 ± 0.2 | the pedestrian steps on the road |
 //! | 4.9-5.5 | planner hiccup: no generative message stamped strictly between (0.6 s) |
+//! | about 6.2 | the ego stands at the crosswalk |
 //! | 6.5-6.7 | sample 1 has a speed that is not a number |
+//! | about 7.9 | the pedestrian has left the ego's lane, the ego drives on |
+//! | 10.5 | light amber |
 //! | 12.0-12.2 | sample 2 has one point only |
+//! | 13.5 | light red |
 //! | 14.0-14.2 | the times of sample 3 go back |
+//! | about 15.7 | the ego stands at the light |
+//! | 17.0 | light green, the ego drives on |
 //!
-//! Received minus stamp: odometry and acceleration 3 ms, objects 60 ± 10 ms, signals 40 ± 10 ms, candidates 40 ± 10 ms
-//! by seed. Stamps count from 1 800 000 000 s.
+//! `DiffusionPlanner_0` proposes eight samples: 0 keeps the lane, 1 slower, 2 faster; 3 stops comfortably wherever that
+//! ends; 4 swerves left across the oncoming lane and the border, 5 swerves right over the border; 6 ignores
+//! pedestrian and light; 7 accelerates beyond the limits. 0 to 2 heed pedestrian, light and the vehicle ahead, 6 only
+//! the vehicle, the others nothing. `MinimumRuleBasedPlanner_Go` is a slower sample 0, `MinimumRuleBasedPlanner_Stop`
+//! a harder sample 3. Every candidate begins at the ego's state of its stamp.
+//!
+//! Received minus stamp: odometry and acceleration 3 ms, objects 60 ± 10 ms, signals and candidates 40 ± 10 ms by seed.
+//! Stamps count from 1 800 000 000 s.
+//!
+//! A drive is a world (road, script, road users: all simulated once) and planners (manoeuvres, number of points); its messages are made one at a time while it is walked through.
 
 mod driver;
 mod map;

@@ -75,14 +75,11 @@ pub(crate) struct Planner {
     pub(crate) manoeuvres: Vec<Manoeuvre>,
 }
 
-/// The generative planner: eight samples of which the first four are fit to drive.
-///
-/// 0 keeps the lane, 1 slower, 2 faster, 3 stops comfortably, 4 swerves left across the oncoming lane and the border,
-/// 5 swerves right over the border, 6 ignores the pedestrian and the light, 7 accelerates beyond the limits.
+/// The generative planner. The list is that of the module above.
 pub(crate) fn generative() -> Vec<Planner> {
     let ignorant = Manoeuvre { heeds_rules: false, ..Manoeuvre::keep_lane(EGO_CRUISING_MPS) };
     let racer = Driver { goal: Goal::Cruise(20.0), acceleration_mps2: 7.0, jerk_mps3: 20.0 };
-    let manoeuvres = vec![
+    let samples = vec![
         Manoeuvre::keep_lane(EGO_CRUISING_MPS),
         Manoeuvre::keep_lane(5.0),
         Manoeuvre::keep_lane(11.0),
@@ -96,7 +93,7 @@ pub(crate) fn generative() -> Vec<Planner> {
         id: Uuid { uuid: *b"generated planA0" },
         name: "DiffusionPlanner_0",
         points: 80,
-        manoeuvres,
+        manoeuvres: samples,
     }]
 }
 
@@ -163,6 +160,17 @@ pub(crate) fn fault_of(faults: &[FaultPeriod], sample: usize, stamp_ns: i64) -> 
     faults.iter().find(hit).map(|period| period.fault)
 }
 
+fn corrupt(points: &mut Vec<TrajectoryPoint>, fault: Fault) {
+    let middle = points.len() / 2;
+    let Some(point) = points.get_mut(middle) else { return };
+    match fault {
+        Fault::Stale => {}
+        Fault::NotANumber => point.longitudinal_velocity_mps = f32::NAN,
+        Fault::SinglePoint => points.truncate(1),
+        Fault::TimeGoesBack => point.time_from_start = Duration::default(),
+    }
+}
+
 impl World {
     /// What planners propose at a time from the start.
     pub(crate) fn candidates(
@@ -196,12 +204,8 @@ impl World {
         let age_ns = if fault == Some(Fault::Stale) { STALE_BY_NS } else { 0 };
         let stamp_ns = message_stamp_ns - age_ns;
         let mut points = self.plan(manoeuvre, planner.points, stamp_ns);
-        let middle = points.len() / 2;
-        match fault {
-            Some(Fault::NotANumber) => points[middle].longitudinal_velocity_mps = f32::NAN,
-            Some(Fault::SinglePoint) => points.truncate(1),
-            Some(Fault::TimeGoesBack) => points[middle].time_from_start = points[middle - 2].time_from_start,
-            Some(Fault::Stale) | None => {}
+        if let Some(fault) = fault {
+            corrupt(&mut points, fault);
         }
         let header = super::header(stamp_ns);
         let turn_indicators_command =

@@ -149,11 +149,8 @@ fn track_heading(track: &Track, s_m: f64) -> f64 {
 }
 
 fn curvature(s_m: f64) -> f64 {
-    if (BENDS_M[0]..=BENDS_M[1]).contains(&s_m) {
-        MAX_CURVATURE * (TAU * s_m / WAVE_LENGTH_M).sin()
-    } else {
-        0.0
-    }
+    let bends = (BENDS_M[0]..=BENDS_M[1]).contains(&s_m);
+    if bends { MAX_CURVATURE * (TAU * s_m / WAVE_LENGTH_M).sin() } else { 0.0 }
 }
 
 /// Heading of the reference line: the integral of its curvature.

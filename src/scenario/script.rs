@@ -1,14 +1,4 @@
 //! What happens when on the generated road: the traffic light and the pedestrian at the crosswalk.
-//!
-//! | t | event |
-//! |---|---|
-//! | 0 | the light is green; the pedestrian walks up to the crosswalk from the right |
-//! | 0.8 | drivers see that the pedestrian wants to cross, and brake |
-//! | 4.2 (± 0.2 by seed) | the pedestrian steps on the road |
-//! | about 8 | the pedestrian has left the ego's lane, the ego drives on |
-//! | 10.5 | amber |
-//! | 13.5 | red |
-//! | 17.0 | green |
 
 use messages::autoware_perception_msgs::TrafficLightElement;
 

@@ -265,7 +265,7 @@ fn candidates_move_as_they_say() {
 }
 
 #[test]
-fn what_keeps_its_lane_keeps_the_limits_of_the_vehicle() {
+fn all_but_the_racer_keep_the_limits_of_the_vehicle() {
     let vehicle = VehicleInfo::default();
     let scene = Scene::empty(Time::default(), Arc::new(vehicle));
     let filter = VehicleConstraintFilter::new(VehicleConstraintParameters::default(), vehicle.wheel_base_m());
@@ -361,5 +361,82 @@ fn the_ego_stops_at_the_crosswalk_and_at_the_red_light_and_drives_on() {
             assert!((0.2..1.6).contains(&(line - place)), "{told}");
         }
         assert!(scenario.world.ego_at(20 * SECOND_NS).speed_mps > 3.0, "{told}");
+    }
+}
+
+/// Place along the road and offset of a position, by search.
+fn locate(road: &Road, position: &messages::geometry_msgs::Point) -> (f64, f64) {
+    let offset = |s_m: f64| {
+        let [x, y] = road.position(s_m, 0.0);
+        let (sin, cos) = road::heading(s_m).sin_cos();
+        let (dx, dy) = (position.x - x, position.y - y);
+        (dx * cos + dy * sin, dy * cos - dx * sin)
+    };
+    let mut s_m = 150.0;
+    for _ in 0..50 {
+        s_m += offset(s_m).0;
+    }
+    (s_m, offset(s_m).1)
+}
+
+#[test]
+fn the_bad_samples_are_bad_and_the_good_ones_good() {
+    let road = Road::new();
+    let ends = |at_ns: i64| -> Vec<(f64, f64)> {
+        let (_, message) = generative(&DRIVE).find(|(stamp, _)| *stamp == at_ns).unwrap();
+        let end = |candidate: &Arc<CandidateTrajectory>| {
+            locate(&road, &candidate.points.last().unwrap().pose.position)
+        };
+        message.candidate_trajectories.iter().map(end).collect()
+    };
+    let front_m = VehicleInfo::default().max_longitudinal_offset_m();
+    for (at_s, line_m) in
+        [(2, CROSSWALK_STOP_LINE_S_M), (7, CROSSWALK_STOP_LINE_S_M), (13, LIGHT_STOP_LINE_S_M)]
+    {
+        let ends = ends(at_s * SECOND_NS);
+        for (sample, (s_m, offset_m)) in ends.iter().enumerate() {
+            let expected_m = match sample {
+                4 => 3.85,
+                5 => -4.35,
+                _ => -1.75,
+            };
+            assert!((offset_m - expected_m).abs() < 1e-6, "{at_s} s, sample {sample}: {offset_m}");
+            let stops = s_m + front_m < line_m;
+            assert!(stops == (sample < 3) || sample == 3, "{at_s} s, sample {sample}: {s_m}");
+        }
+    }
+    let [keeps, slower, faster] = [0, 1, 2].map(|sample| ends(18 * SECOND_NS)[sample].0);
+    assert!(slower < keeps && keeps < faster && slower > LIGHT_STOP_LINE_S_M);
+}
+
+#[test]
+fn nobody_is_hit() {
+    let vehicle = VehicleInfo::default();
+    for seed in 0..20 {
+        let world = Scenario::road(seed).world;
+        for t_ns in (0..20 * SECOND_NS).step_by(10_000_000) {
+            let ego_s_m = world.ego_at(t_ns).s_m;
+            let ego = [ego_s_m - 1.1, ego_s_m + vehicle.max_longitudinal_offset_m()];
+            // Lane middle, rear and front along the road, of all who drive.
+            let mut driving = vec![(-1.75, ego)];
+            for (index, user) in world.users.iter().enumerate() {
+                if matches!(user.behaviour, traffic::Behaviour::Drives { .. }) {
+                    let (s_m, half_m) = (world.user_at(index, t_ns).s_m, user.length_m / 2.0);
+                    driving.push((user.track.offset_m, [s_m - half_m, s_m + half_m]));
+                }
+            }
+            let (walker_m, _) = world.script.pedestrian(t_ns);
+            for (index, (lane_m, [rear, front])) in driving.iter().enumerate() {
+                let on_crosswalk = *rear < 108.5 && *front > 107.5;
+                assert!(
+                    !(on_crosswalk && (walker_m - lane_m).abs() < 1.6),
+                    "seed {seed}, {t_ns} ns, {index}"
+                );
+                for (other_lane_m, [other_rear, other_front]) in &driving[index + 1..] {
+                    let apart = other_rear - front > 1.0 || rear - other_front > 1.0;
+                    assert!(apart || (lane_m - other_lane_m).abs() > 1.5, "seed {seed}, {t_ns} ns, {index}");
+                }
+            }
+        }
     }
 }
