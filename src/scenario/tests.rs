@@ -219,24 +219,15 @@ fn all_candidates_are_sound_but_the_documented_ones() {
 
 #[test]
 fn candidates_start_at_the_state_of_the_ego() {
-    let odometry: BTreeMap<_, _> = DRIVE
-        .iter()
-        .filter_map(|timed| match &timed.input {
-            Input::Odometry(message) => Some((message.header.stamp, message.clone())),
-            _ => None,
-        })
-        .collect();
-    let mut compared = 0;
-    for (_, message) in generative(&DRIVE) {
+    let scenario = Scenario::road(1);
+    for message in generative(&DRIVE).map(|(_, message)| message).chain(backup(&DRIVE)) {
         for candidate in &message.candidate_trajectories {
-            // Stale ones are stamped between two messages of odometry.
-            let Some(ego) = odometry.get(&candidate.header.stamp) else { continue };
+            // As odometry tells it; the stamps of stale ones lie between two messages of odometry.
+            let ego = scenario.odometry(candidate.header.stamp.nanoseconds() - EPOCH_NS);
             assert_eq!(candidate.points[0].pose, ego.pose.pose);
             assert_eq!(candidate.points[0].longitudinal_velocity_mps, ego.twist.twist.linear.x as f32);
-            compared += 1;
         }
     }
-    assert_eq!(compared, 194 * 8 - 3);
 }
 
 /// Velocity and acceleration of a candidate are those of its positions.
@@ -405,6 +396,10 @@ fn the_bad_samples_are_bad_and_the_good_ones_good() {
             assert!(stops == (sample < 3) || sample == 3, "{at_s} s, sample {sample}: {s_m}");
         }
     }
+    let (_, message) = generative(&DRIVE).next().unwrap();
+    let indicators =
+        message.candidate_trajectories.iter().map(|candidate| candidate.turn_indicators_command.command);
+    assert_eq!(indicators.collect::<Vec<_>>(), [0, 0, 0, 0, 2, 3, 0, 0]);
     let [keeps, slower, faster] = [0, 1, 2].map(|sample| ends(18 * SECOND_NS)[sample].0);
     assert!(slower < keeps && keeps < faster && slower > LIGHT_STOP_LINE_S_M);
 }
