@@ -10,7 +10,11 @@ use trajectory_selector::scenario::Scenario;
 fn main() {
     let seed = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1);
     let scenario = Scenario::road(seed);
-    println!("{}, seed {seed}, {} s", scenario.name(), scenario.duration_s());
+    println!(
+        "{}, seed {seed}, {} s",
+        scenario.name(),
+        (scenario.span().1.nanoseconds() - scenario.span().0.nanoseconds()) as f64 * 1e-9
+    );
     println!("      time         x         y  speed  how far the candidates lead, m");
     let mut counts: BTreeMap<InputTopic, usize> = BTreeMap::new();
     let (mut ego, mut speed_mps) = (Point::default(), 0.0);

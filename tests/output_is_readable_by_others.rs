@@ -25,7 +25,8 @@ fn two_other_programs_read_the_demo() {
     let stdout = String::from_utf8_lossy(&reading.stdout);
     let stderr = String::from_utf8_lossy(&reading.stderr);
     if reading.status.code() == Some(UNAVAILABLE) {
-        let required = std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
+        let required =
+            std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
         assert!(!required, "the other programs are required here: {stderr}");
         eprintln!("skipped: {stderr}");
         return;
