@@ -84,9 +84,25 @@ def time_ours(program, path, origin, runs):
     return answer["median_s"], answer["min_s"], counts
 
 
+def check_writing(program, osm, archive, projector):
+    """lanelet2 must be able to read what we write."""
+    subprocess.run([program, osm, archive], check=True)
+    loaded, original = lanelet2.io.load(archive, projector), lanelet2.io.load(osm, projector)
+    for layer in ("pointLayer", "lineStringLayer", "polygonLayer", "laneletLayer", "regulatoryElementLayer"):
+        ours, theirs = (sorted(e.id for e in getattr(m, layer)) for m in (loaded, original))
+        if ours != theirs:
+            raise SystemExit("%s: lanelet2 reads another %s from our archive" % (archive, layer))
+    for lanelet in original.laneletLayer:
+        twin = loaded.laneletLayer[lanelet.id]
+        for side in ("leftBound", "rightBound"):
+            if [p.id for p in getattr(twin, side)] != [p.id for p in getattr(lanelet, side)]:
+                raise SystemExit("%s: lanelet %d has another %s" % (archive, lanelet.id, side))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--ours", required=True)
+    parser.add_argument("--writer", required=True)
     parser.add_argument("--work", required=True)
     parser.add_argument("--runs", type=int, default=15)
     parser.add_argument("--copies", type=int, default=16)
@@ -104,7 +120,9 @@ def main():
         ElementTree.ElementTree(tree).write(osm, encoding="UTF-8", xml_declaration=True)
         lanelet2.io.write(archive, lanelet2.io.load(osm, projector), projector)
         files += [archive, osm]
+        check_writing(options.writer, osm, os.path.join(options.work, "ours.bin"), projector)
 
+    print("lanelet2 reads the same elements from archives written by us")
     print("lanelet2 %s (PyPI wheel), %d rules unknown to it left out, median of %d runs, %d CPUs"
           % ("1.2.3", removed, options.runs, os.cpu_count()))
     print("%-32s %9s %10s %9s %12s %11s %7s" % ("file", "MB", "points", "lanelets", "lanelet2 [s]", "ours [s]", "ratio"))

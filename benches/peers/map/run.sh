@@ -19,7 +19,7 @@ if ! "$python" -c 'import lanelet2' 2>/dev/null; then
     python3 -m venv "$cache/venv-map"
     "$python" -m pip install --quiet "lanelet2==1.2.3"
 fi
-(cd "$root" && cargo build --quiet --release -p lanelet-map --example time_map_load)
+(cd "$root" && cargo build --quiet --release -p lanelet-map --example time_map_load --example write_archive)
 target=${CARGO_TARGET_DIR:-$root/target}
 exec "$python" "$root/benches/peers/map/compare.py" --ours "$target/release/examples/time_map_load" \
-    --work "$cache/map-bench" --runs "${RUNS:-15}" --copies "${COPIES:-16}" "$map"
+    --writer "$target/release/examples/write_archive" --work "$cache/map-bench" --runs "${RUNS:-15}" --copies "${COPIES:-16}" "$map"

@@ -28,6 +28,9 @@ pub struct ArchiveInfo {
     pub objects: usize,
     /// Deepest nesting of objects inside one another; a point of the point layer has depth 1.
     pub max_depth: usize,
+    /// Types whose class version or tracking flag is not the one all known writers use. The archive was read by
+    /// its own flags; a number above 0 is worth a warning, since a new version may mean something new.
+    pub unfamiliar_types: usize,
 }
 
 /// Reads a map.

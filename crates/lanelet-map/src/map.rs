@@ -33,6 +33,11 @@ impl Map {
         &self.store
     }
 
+    #[cfg(test)]
+    pub(crate) fn into_store(self) -> Store {
+        self.store
+    }
+
     /// The writer's next free id; larger than every id the writer handed out itself.
     #[must_use]
     pub fn id_counter(&self) -> i64 {

@@ -17,6 +17,7 @@ fn every_field_of_every_archive() {
     for expected in shared::expected_maps(&dir) {
         let bytes = std::fs::read(&expected.bin).unwrap();
         let (map, info) = decode_with_info(&bytes).unwrap_or_else(|e| panic!("{}: {e}", expected.name));
+        assert_eq!(info.unfamiliar_types, 0, "{}", expected.name);
         let mut found = describe::describe(&map);
         let (range, samples) = describe::coordinates(&map);
         let text = dump(&map);
@@ -63,6 +64,7 @@ fn what_is_encoded_decodes_to_the_same_map() {
         assert!(map == again, "{}", path.display());
         assert_eq!(dump(&map), dump(&again), "{}", path.display());
         assert_eq!(info.objects, again_info.objects, "{}", path.display());
+        assert_eq!(again_info.unfamiliar_types, 0, "{}", path.display());
         assert_eq!(map.id_counter(), again.id_counter());
         assert_eq!(encode(&again), encoded);
     }

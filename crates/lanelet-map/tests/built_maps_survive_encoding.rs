@@ -12,8 +12,9 @@ use proptest::prelude::*;
 #[test]
 fn every_kind_of_element() {
     let map = fixture::every_kind();
-    let again = decode(&encode(&map)).unwrap();
+    let (again, info) = decode_with_info(&encode(&map)).unwrap();
     assert!(map == again);
+    assert_eq!(info.unfamiliar_types, 0);
     assert_eq!(dump(&map), dump(&again));
     assert_eq!(map.id_counter(), again.id_counter());
     let rule = again.lanelet(21).unwrap().regulatory_elements().next().unwrap();

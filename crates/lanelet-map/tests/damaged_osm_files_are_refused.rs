@@ -97,6 +97,21 @@ fn a_map_across_two_mgrs_squares_is_reported() {
     assert!(matches!(issues.as_slice(), [issue] if issue.id == 2), "{issues:?}");
 }
 
+/// Autoware aligns bounds twice, in Local mode three times; bounds that touch are turned each time.
+#[test]
+fn bounds_that_touch_are_turned_as_often_as_autoware_does() {
+    let body = "<node id='1' lat='35.6' lon='139.7'><tag k='local_x' v='1'/></node>
+        <node id='2' lat='35.601' lon='139.7'><tag k='local_x' v='9'/></node>
+        <way id='5'><nd ref='1'/><nd ref='2'/></way><relation id='9'><member type='way' ref='5' role='left'/>
+        <member type='way' ref='5' role='right'/><tag k='type' v='lanelet'/></relation>";
+    for (projector, inverted) in [(Projector::Mgrs, false), (Projector::Local, true)] {
+        let loaded = read(body, &OsmOptions { projector: Some(projector), ..LENIENT }).unwrap();
+        let lanelet = loaded.map.lanelet(9).unwrap();
+        let found = (lanelet.left().is_inverted(), lanelet.right().is_inverted());
+        assert_eq!(found, (inverted, inverted), "{projector:?}");
+    }
+}
+
 #[test]
 fn tiles_share_their_nodes() {
     let one = "<osm><node id='1' lat='1' lon='1'/><node id='2' lat='1.001' lon='1'/><way id='5'><nd ref='1'/><nd ref='2'/></way></osm>";

@@ -43,7 +43,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Map, ArchiveInfo), MapError> {
     let mut decoder = Decoder::new(bytes);
     let library_version =
         decoder.run().map_err(|Fault { offset, problem }| MapError::Archive { offset, problem })?;
-    let info = ArchiveInfo { library_version, objects: decoder.objects.len(), max_depth: decoder.max_depth };
+    let info = ArchiveInfo {
+        library_version,
+        objects: decoder.objects.len(),
+        max_depth: decoder.max_depth,
+        unfamiliar_types: decoder.unfamiliar_types,
+    };
     Ok((Map::from_store(decoder.store.finish()?), info))
 }
 
@@ -70,6 +75,7 @@ struct Decoder<'a> {
     promised: usize,
     depth: usize,
     max_depth: usize,
+    unfamiliar_types: usize,
 }
 
 impl<'a> Decoder<'a> {
@@ -84,6 +90,7 @@ impl<'a> Decoder<'a> {
             promised: 0,
             depth: 0,
             max_depth: 0,
+            unfamiliar_types: 0,
         }
     }
 

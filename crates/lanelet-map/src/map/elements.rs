@@ -308,3 +308,52 @@ fn parameters(store: &Store, span: Span) -> impl ExactSizeIterator<Item = Parame
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::error::Layer;
+    use crate::map::store::Handle;
+    use crate::{Map, MapBuilder, archive};
+
+    /// One lanelet with a centerline, in the layer against its stored direction.
+    fn inverted_lanelet() -> Map {
+        let mut b = MapBuilder::new();
+        for (id, y) in (1..).zip([2.0, 1.0, 0.0]) {
+            b.point(id, [0.0, y, 0.0], &[]).unwrap();
+            b.point(id + 10, [5.0, y, 0.0], &[]).unwrap();
+            b.line_string(id, &[id, id + 10], &[]).unwrap();
+        }
+        b.lanelet(9, 1, 3, &[]).unwrap();
+        b.centerline(9, 2).unwrap();
+        let mut store = b.build().unwrap().into_store();
+        store.layer_mut(Layer::Lanelets)[0].handle = Handle::new(0, true);
+        Map::from_store(store)
+    }
+
+    #[test]
+    fn an_inverted_lanelet_swaps_and_turns_its_bounds() {
+        let made = inverted_lanelet();
+        let decoded = archive::decode(&archive::encode(&made)).unwrap();
+        for map in [&made, &decoded] {
+            let lanelet = map.lanelet(9).unwrap();
+            assert!(lanelet.is_inverted());
+            let ids = |line: super::Polyline<'_>| line.points().map(|p| p.id()).collect::<Vec<_>>();
+            assert_eq!((lanelet.left().id(), ids(lanelet.left())), (3, vec![13, 3]));
+            assert_eq!((lanelet.right().id(), ids(lanelet.right())), (1, vec![11, 1]));
+            assert_eq!(ids(lanelet.centerline().unwrap()), [12, 2]);
+            let outline: Vec<[f64; 3]> = lanelet.outline().collect();
+            assert_eq!(outline, [[5.0, 0.0, 0.0], [0.0; 3], [0.0, 2.0, 0.0], [5.0, 2.0, 0.0]]);
+        }
+    }
+
+    #[test]
+    fn points_are_counted_in_reading_order() {
+        let map = inverted_lanelet();
+        let line = map.lanelet(9).unwrap().left();
+        assert_eq!(line.point(0).map(|p| p.id()), Some(13));
+        assert_eq!(line.point(1).map(|p| p.id()), Some(3));
+        assert!(line.point(2).is_none());
+        assert_eq!(line.inverted().point(0).map(|p| p.id()), Some(3));
+        assert!(line.inverted().point(2).is_none());
+    }
+}

@@ -52,7 +52,10 @@ impl Decoder<'_> {
     #[cold]
     fn preamble(&mut self, class: Class, class_id: i16) -> Result<bool, Fault> {
         let tracked = self.reader.flag()?;
-        let _version = self.reader.u32()?;
+        let version = self.reader.u32()?;
+        if tracked != class.is_tracked() || version != class.version() {
+            self.unfamiliar_types += 1;
+        }
         self.classes[class as usize] = ClassState::Seen { tracked, class_id };
         Ok(tracked)
     }
