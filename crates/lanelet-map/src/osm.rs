@@ -1,7 +1,7 @@
 //! `.osm` files, read the way Autoware's map loader reads them.
 //!
-//! Three steps: [`document`] turns XML into nodes, ways and relations; [`assemble`] makes the elements of the
-//! map of them and collects defects as [`LoadIssue`]s; [`centerline`] adds what Autoware's loader adds before it
+//! Three steps: `document` turns XML into nodes, ways and relations; `assemble` makes the elements of the
+//! map of them and collects defects as [`LoadIssue`]s; `centerline` adds what Autoware's loader adds before it
 //! publishes a map. Elements that Autoware leaves out (rules of unknown subtype or without what their subtype
 //! needs, ways with missing nodes) are left out here too, and reported.
 //!
