@@ -57,6 +57,44 @@ impl Segment {
         Some(Point2::new(t * p1.x + (1.0 - t) * p2.x, t * p1.y + (1.0 - t) * p2.y))
     }
 
+    /// The first point of this segment, walking from its start, that lies on `other` as well.
+    ///
+    /// Unlike [`intersection`](Self::intersection) nothing is missed: touching ends, collinear overlaps, segments of
+    /// any length and single points all count, and there is no slack. Chains of segments are watertight: whoever
+    /// passes from one side of a chain to the other meets one of its segments, also where the path has a corner on
+    /// the chain or the chain one on the path. Not-a-number passes all tests and comes out as such.
+    #[must_use]
+    #[inline]
+    pub fn first_contact(&self, other: &Self) -> Option<Point2> {
+        let one_side = |p: f64, q: f64| (p > 0.0 && q > 0.0) || (p < 0.0 && q < 0.0);
+        let (along, across) = (self.vector(), other.vector());
+        let other_sides = (along.perp(&(other.start - self.start)), along.perp(&(other.end - self.start)));
+        if one_side(other_sides.0, other_sides.1) {
+            return None;
+        }
+        let sides = (across.perp(&(self.start - other.start)), across.perp(&(self.end - other.start)));
+        if one_side(sides.0, sides.1) {
+            return None;
+        }
+        if sides.0 == sides.1 || other_sides == (0.0, 0.0) {
+            return self.first_collinear_contact(other);
+        }
+        Some(self.start + along * (sides.0 / (sides.0 - sides.1)))
+    }
+
+    /// [`first_contact`](Self::first_contact) of two segments on one line; either may be a point.
+    fn first_collinear_contact(&self, other: &Self) -> Option<Point2> {
+        let along = self.vector();
+        let (to_start, to_end) = (other.start - self.start, other.end - self.start);
+        let squared = along.norm_squared();
+        if squared == 0.0 {
+            return (to_start.dot(&to_end) <= 0.0).then_some(self.start);
+        }
+        let (s, e) = (along.dot(&to_start) / squared, along.dot(&to_end) / squared);
+        let (first, last) = (s.min(e).max(0.0), s.max(e).min(1.0));
+        (first <= last).then(|| self.start + along * first)
+    }
+
     /// The point of the segment nearest to `point`.
     #[must_use]
     #[inline]
@@ -152,6 +190,40 @@ mod tests {
     }
 
     #[test]
+    fn first_contacts() {
+        let x_axis = segment(0.0, 0.0, 2.0, 0.0);
+        let cases = [
+            ("cross", segment(1.0, -1.0, 1.0, 1.0), Some(1.0)),
+            ("touch inside", segment(1.0, 0.0, 1.0, 1.0), Some(1.0)),
+            ("touch its end", segment(2.0, 0.0, 3.0, 1.0), Some(2.0)),
+            ("touch its start", segment(-1.0, 1.0, 0.0, 0.0), Some(0.0)),
+            ("short of it", segment(1.0, 1e-12, 1.0, 1.0), None),
+            ("beside", segment(2.1, -1.0, 2.1, 1.0), None),
+            ("parallel", segment(0.0, 1.0, 2.0, 1.0), None),
+            ("overlap from inside", segment(1.0, 0.0, 3.0, 0.0), Some(1.0)),
+            ("overlap from inside, turned", segment(3.0, 0.0, 1.0, 0.0), Some(1.0)),
+            ("overlap from before", segment(-1.0, 0.0, 3.0, 0.0), Some(0.0)),
+            ("in line, touching", segment(2.0, 0.0, 3.0, 0.0), Some(2.0)),
+            ("in line, apart", segment(2.5, 0.0, 3.0, 0.0), None),
+            ("in line, before", segment(-2.0, 0.0, -1.0, 0.0), None),
+            ("point on it", segment(1.5, 0.0, 1.5, 0.0), Some(1.5)),
+            ("point in its line", segment(2.5, 0.0, 2.5, 0.0), None),
+            ("point beside", segment(1.0, 0.1, 1.0, 0.1), None),
+            ("tiny", segment(1.0, -1e-10, 1.0, 1e-10), Some(1.0)),
+        ];
+        for (name, other, expected) in cases {
+            let contact = x_axis.first_contact(&other);
+            assert_eq!(contact, expected.map(|x| Point2::new(x, 0.0)), "{name}");
+            assert_eq!(other.first_contact(&x_axis).is_some(), expected.is_some(), "{name}, the other way");
+        }
+        let point = segment(1.0, 1.0, 1.0, 1.0);
+        assert!(point.first_contact(&point).is_some());
+        assert!(point.first_contact(&segment(1.0, 1.1, 1.0, 1.1)).is_none());
+        let bad = segment(f64::NAN, 0.0, 1.0, 0.0);
+        assert!(x_axis.first_contact(&bad).is_some_and(|p| p.x.is_nan()));
+    }
+
+    #[test]
     fn distances_to_points() {
         let s = segment(0.0, 0.0, 1.0, 0.0);
         assert_eq!(s.distance_to_point(Point2::new(0.5, 1.0)), 1.0);
@@ -201,6 +273,32 @@ mod tests {
             prop_assert!(exact <= sampled + 1e-9);
             prop_assert!(sampled <= exact + 0.5 * a.length() / f64::from(n) + 1e-9);
             prop_assert_eq!(a.squared_distance(&b), b.squared_distance(&a));
+        }
+
+        #[test]
+        fn a_contact_is_the_first_common_point(a in any_segment(), b in any_segment()) {
+            let contact = a.first_contact(&b);
+            prop_assert_eq!(contact.is_some(), b.first_contact(&a).is_some());
+            if let Some(p) = contact {
+                prop_assert!(a.distance_to_point(p) < 1e-9 && b.distance_to_point(p) < 1e-9 * (1.0 + 1.0 / a.length().min(b.length())));
+            } else {
+                prop_assert!(a.squared_distance(&b) > 0.0);
+            }
+        }
+
+        /// A path with a corner exactly on a line, and a line with a corner exactly on a path.
+        #[test]
+        fn corners_leave_no_gap(
+            x in -1e5..1e5_f64, y in -1e5..1e5_f64, yaw in -3.0..3.0_f64, bend in -1.0..1.0_f64, at in 0.1..0.9_f64,
+        ) {
+            let ray = |angle: f64, r: f64| Vector2::new(r * angle.cos(), r * angle.sin());
+            let place = Point2::new(x, y);
+            let line = Segment::new(place - ray(yaw, 4.0), place + ray(yaw, 4.0));
+            let corner = line.start + line.vector() * at;
+            let (before, after) = (corner - ray(yaw + 1.5, 1.0), corner + ray(yaw + 1.5 + bend, 1.0));
+            let path = [Segment::new(before, corner), Segment::new(corner, after)];
+            prop_assert!(path.iter().any(|piece| piece.first_contact(&line).is_some()));
+            prop_assert!(path.iter().any(|piece| line.first_contact(piece).is_some()));
         }
 
         #[test]
