@@ -1,13 +1,15 @@
-//! Plane geometry: points, segments, convex polygons, oriented boxes, curvature of three points.
+//! Plane geometry: points, segments, polygons, boxes, curvature of three points.
 //!
 //! Lengths in metres. Contact counts as overlap everywhere.
 
+mod axis_aligned_box;
 mod oriented_box;
 mod polygon;
 mod segment;
 
+pub use axis_aligned_box::AxisAlignedBox;
 pub use oriented_box::OrientedBox;
-pub use polygon::{convex_contains, convex_hull, convex_overlap, signed_area};
+pub use polygon::{convex_contains, convex_hull, convex_overlap, polygon_contains, signed_area};
 pub use segment::Segment;
 
 use crate::tolerance::CURVATURE_SIDES_M3;

@@ -20,7 +20,7 @@ pub mod trajectory;
 pub mod vehicle;
 
 pub use footprint::Footprint;
-pub use geometry::{OrientedBox, Point2, Point3, Segment, Vector2};
+pub use geometry::{AxisAlignedBox, OrientedBox, Point2, Point3, Segment, Vector2};
 pub use pose::{Pose, Quaternion};
 pub use stopping::calculate_stop_distance;
 pub use trajectory::{Posed, TimeFromStart, TrajectoryPoint};

@@ -1,4 +1,4 @@
-//! Convex polygons as slices of vertices in either sense of rotation, open or closed (last vertex = first).
+//! Polygons as slices of vertices in either sense of rotation, open or closed (last vertex = first).
 
 use super::Point2;
 
@@ -27,6 +27,31 @@ pub fn convex_contains(polygon: &[Point2], point: Point2) -> bool {
     }
     // Everything in one line: the sides say nothing, the edges do.
     edges(polygon).any(|(start, end)| (start - point).dot(&(end - point)) <= 0.0)
+}
+
+/// True when a point lies in any polygon or on its border. What the outline goes round counts as inside, in either
+/// sense and however often (winding rule), so an outline that crosses itself encloses all of its parts. Below three
+/// vertices nothing is inside.
+#[must_use]
+pub fn polygon_contains(polygon: &[Point2], point: Point2) -> bool {
+    if polygon.len() < 3 {
+        return false;
+    }
+    let mut turns = 0;
+    for (start, end) in edges(polygon) {
+        let side = (end - start).perp(&(point - start));
+        if side == 0.0 && (start - point).dot(&(end - point)) <= 0.0 {
+            return true;
+        }
+        let (upwards, downwards) =
+            (start.y <= point.y && end.y > point.y, start.y > point.y && end.y <= point.y);
+        if upwards && side > 0.0 {
+            turns += 1;
+        } else if downwards && side < 0.0 {
+            turns -= 1;
+        }
+    }
+    turns != 0
 }
 
 /// True when two convex polygons overlap or touch (separating axes; `intersects_sat`). Below three vertices nothing
@@ -117,6 +142,34 @@ mod tests {
             .map(|(u, v)| (u * length, v * width))
             .map(|(u, v)| Point2::new(x + u * yaw.cos() - v * yaw.sin(), y + u * yaw.sin() + v * yaw.cos()))
             .to_vec()
+    }
+
+    #[test]
+    fn any_polygon_contains_its_inside_and_its_border() {
+        let ell = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)];
+        let bow_tie = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)];
+        type Case<'a> = (&'a str, &'a [(f64, f64)], (f64, f64), bool);
+        let cases: [Case<'_>; 12] = [
+            ("foot of the L", &ell, (3.0, 0.5), true),
+            ("notch of the L", &ell, (2.0, 2.0), false),
+            ("inner corner", &ell, (1.0, 1.0), true),
+            ("on an edge", &ell, (0.0, 1.5), true),
+            ("level with corners, outside", &ell, (2.0, 3.0), false),
+            ("level with corners, left of them", &ell, (-1.0, 1.0), false),
+            ("in line with an edge", &ell, (5.0, 0.0), false),
+            ("one wing", &bow_tie, (0.2, 1.0), true),
+            ("other wing", &bow_tie, (1.8, 1.0), true),
+            ("above the knot", &bow_tie, (1.0, 1.8), false),
+            ("two points", &ell[..2], (1.0, 0.0), false),
+            ("no points", &[], (0.0, 0.0), false),
+        ];
+        for (name, corners, (x, y), inside) in cases {
+            let mut polygon: Vec<_> = corners.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+            for sense in ["as given", "reversed"] {
+                assert_eq!(polygon_contains(&polygon, Point2::new(x, y)), inside, "{name} {sense}");
+                polygon.reverse();
+            }
+        }
     }
 
     /// Distance of two polygons by containment and all pairs of edges: slow and plain.
@@ -248,6 +301,15 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn both_containment_tests_agree_on_convex_polygons(
+            n in 3..9_u32, phase in 0.0..6.0_f64, x in -2.0..2.0_f64, y in -2.0..2.0_f64,
+        ) {
+            let polygon = regular(n, 1.0, phase, 0.0, 0.0);
+            let point = Point2::new(x, y);
+            prop_assert_eq!(polygon_contains(&polygon, point), convex_contains(&polygon, point));
+        }
+
         #[test]
         fn overlap_equals_zero_distance(a in any_polygon(), b in any_polygon()) {
             check(&a, &b);
