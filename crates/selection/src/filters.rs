@@ -1,5 +1,6 @@
 //! The contract of a filter, and the table of filters that exist.
 
+pub mod crosswalk;
 pub mod vehicle_constraint;
 
 use crate::candidate::Candidate;
@@ -50,6 +51,12 @@ impl fmt::Debug for dyn Filter {
 pub struct Scratch {
     /// One number for each point of a candidate.
     pub per_point: Vec<f64>,
+    /// The stretch of a candidate along which crosswalks are looked for.
+    pub(crate) path: crosswalk::Path,
+    /// Stop lines of crosswalks under a candidate.
+    pub(crate) crossings: Vec<crosswalk::Crossing>,
+    /// A candidate's own copy of whom it waits for at one crosswalk.
+    pub(crate) waits: Vec<crosswalk::Wait>,
 }
 
 /// A kind of filter that can be loaded by name.
@@ -78,16 +85,28 @@ impl FilterClass {
 }
 
 /// Every filter that can be loaded, in order of evaluation (ascending short name).
-pub const CLASSES: &[FilterClass] = &[FilterClass {
-    class_name: "safety::VehicleConstraintFilter",
-    short_name: vehicle_constraint::NAME,
-    make: |parameters, vehicle| {
-        Box::new(vehicle_constraint::VehicleConstraintFilter::new(
-            parameters.vehicle_constraint.clone(),
-            vehicle.wheel_base_m(),
-        ))
+pub const CLASSES: &[FilterClass] = &[
+    FilterClass {
+        class_name: "traffic_rule::CrosswalkFilter",
+        short_name: crosswalk::NAME,
+        make: |parameters, vehicle| {
+            Box::new(crosswalk::CrosswalkFilter::new(
+                parameters.crosswalk.clone(),
+                vehicle.max_longitudinal_offset_m(),
+            ))
+        },
     },
-}];
+    FilterClass {
+        class_name: "safety::VehicleConstraintFilter",
+        short_name: vehicle_constraint::NAME,
+        make: |parameters, vehicle| {
+            Box::new(vehicle_constraint::VehicleConstraintFilter::new(
+                parameters.vehicle_constraint.clone(),
+                vehicle.wheel_base_m(),
+            ))
+        },
+    },
+];
 
 #[cfg(test)]
 mod tests {

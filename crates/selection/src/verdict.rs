@@ -135,6 +135,8 @@ pub enum Memo {
     /// Nothing to remember.
     #[default]
     Nothing,
+    /// Of the crosswalk filter.
+    Crosswalk(crate::filters::crosswalk::CrosswalkMemo),
 }
 
 /// What one filter says about one candidate.
