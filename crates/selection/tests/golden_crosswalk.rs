@@ -1,5 +1,7 @@
 //! The crosswalk filter gives the verdicts of the golden sequences.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking; helpers outside test functions do too")]
+
 #[path = "golden_crosswalk/reader.rs"]
 mod reader;
 

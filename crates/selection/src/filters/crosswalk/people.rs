@@ -103,7 +103,10 @@ fn waits_at(crosswalk: &Crosswalk, object: &PredictedObject) -> bool {
     let kinematics = &object.kinematics;
     let pose = crate::candidate::pose_of(&kinematics.initial_pose_with_covariance.pose);
     let place = pose.point();
-    if is_finite(place) && !crosswalk.is_waiting_place(place) {
+    if !is_finite(place) {
+        return true;
+    }
+    if !crosswalk.is_waiting_place(place) {
         return false;
     }
     let paths = kinematics.predicted_paths.iter();
