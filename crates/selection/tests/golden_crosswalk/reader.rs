@@ -1,5 +1,7 @@
 //! Reads golden sequences: as much of the format as the crosswalk filter needs.
 
+#![allow(dead_code, reason = "each user of this module leaves another part unused")]
+
 use lanelet_map::{Map, archive};
 use messages::autoware_internal_planning_msgs::CandidateTrajectory;
 use messages::autoware_perception_msgs::{

@@ -6,6 +6,8 @@ use motion::{AxisAlignedBox, Point2, Segment};
 
 /// Up to this speed a point is the end of the drive \[m/s\].
 const STOPPED_MPS: f64 = 1e-6;
+/// Segments of a path that share a box.
+const BLOCK: usize = 8;
 
 /// The stretch of candidates that is looked at, the same for all candidates of a cycle.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +42,8 @@ pub(crate) struct Path {
     places: Vec<Point2>,
     /// Path length up to each point; the front at the end has none.
     lengths_m: Vec<f64>,
+    /// A box around each [`BLOCK`] segments.
+    blocks: Vec<AxisAlignedBox>,
     /// Index of the first point in the candidate.
     first: usize,
     /// How far the front bumper gets, as path length of base_link plus the distance between both \[m\].
@@ -69,21 +73,23 @@ impl Path {
         if let Some(last) = points.last().filter(|_| extension_m > 0.0) {
             self.places.push(last.pose.planar_transform().apply(Point2::new(extension_m, 0.0)));
         }
+        self.blocks.clear();
+        let ends = self.places.len().saturating_sub(1);
+        let block = |start: usize| &self.places[start..=ends.min(start + BLOCK)];
+        let starts = (0..ends).step_by(BLOCK);
+        self.blocks.extend(starts.map(|start| AxisAlignedBox::around(block(start).iter().copied())));
     }
 
-    /// The first meeting with a stop line; if one segment meets it several times, the place nearest to its start.
+    /// The first meeting with a stop line.
     fn meet(&self, crosswalk: usize, line: &StopLine) -> Option<Crossing> {
-        let lengths = self.lengths_m.iter().enumerate();
-        lengths.zip(self.places.windows(2)).find_map(|((segment, length_m), pair)| {
-            let step = Segment::new(pair[0], pair[1]);
-            if !line.extent.overlaps(&AxisAlignedBox::around([pair[0], pair[1]])) {
-                return None;
-            }
-            let contacts =
-                line.points.windows(2).filter_map(|l| step.first_contact(&Segment::new(l[0], l[1])));
-            let with_distance = contacts.map(|place| (place, (place - pair[0]).norm()));
-            let (place, distance_m) = with_distance.min_by(|a, b| a.1.total_cmp(&b.1))?;
-            Some(Crossing { crosswalk, stop_line: line.id, segment, arc_m: length_m + distance_m, place })
+        let segments = self.places.len().saturating_sub(1);
+        let near = self.blocks.iter().enumerate().filter(|(_, block)| block.overlaps(&line.extent));
+        let mut candidates = near.flat_map(|(block, _)| block * BLOCK..segments.min((block + 1) * BLOCK));
+        candidates.find_map(|segment| {
+            let step = Segment::new(self.places[segment], self.places[segment + 1]);
+            let (place, distance_m) = first_contact(&step, line)?;
+            let arc_m = self.lengths_m[segment] + distance_m;
+            Some(Crossing { crosswalk, stop_line: line.id, segment, arc_m, place })
         })
     }
 
@@ -98,6 +104,12 @@ impl Path {
         let reached = self.lengths_m.partition_point(|&at| at < length_m);
         self.first + reached.min(self.lengths_m.len().saturating_sub(1))
     }
+}
+
+/// Where a segment meets a stop line, and how far from the segment's start; the nearest place of several.
+fn first_contact(step: &Segment, line: &StopLine) -> Option<(Point2, f64)> {
+    let contacts = line.points.windows(2).filter_map(|l| step.first_contact(&Segment::new(l[0], l[1])));
+    contacts.map(|place| (place, (place - step.start).norm())).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Finds the stop lines that a candidate meets, one for each crosswalk, in the order in which it meets them.
