@@ -1,6 +1,7 @@
 //! The contract of a filter, and the table of filters that exist.
 
 pub mod crosswalk;
+pub mod traffic_light;
 pub mod vehicle_constraint;
 
 use crate::candidate::Candidate;
@@ -92,6 +93,16 @@ pub const CLASSES: &[FilterClass] = &[
         make: |parameters, vehicle| {
             Box::new(crosswalk::CrosswalkFilter::new(
                 parameters.crosswalk.clone(),
+                vehicle.max_longitudinal_offset_m(),
+            ))
+        },
+    },
+    FilterClass {
+        class_name: "traffic_rule::TrafficLightFilter",
+        short_name: traffic_light::NAME,
+        make: |parameters, vehicle| {
+            Box::new(traffic_light::TrafficLightFilter::new(
+                parameters.traffic_light.clone(),
                 vehicle.max_longitudinal_offset_m(),
             ))
         },

@@ -1,6 +1,7 @@
 //! What is said about a candidate: metrics with their risk, the judgement of one filter, the verdict of all.
 
 use crate::candidate::{Candidate, CandidateKey};
+use crate::filters::traffic_light::TrafficLightMemo;
 use messages::autoware_trajectory_validator as wire;
 use messages::unique_identifier_msgs::Uuid;
 use smallvec::SmallVec;
@@ -137,6 +138,8 @@ pub enum Memo {
     Nothing,
     /// Of the crosswalk filter.
     Crosswalk(crate::filters::crosswalk::CrosswalkMemo),
+    /// Lights that the candidate violates or stops for.
+    TrafficLight(TrafficLightMemo),
 }
 
 /// What one filter says about one candidate.
