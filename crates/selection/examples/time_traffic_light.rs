@@ -4,6 +4,7 @@
 //! `remember`. Work that is done once per map and route falls into the first round only.
 
 #[path = "../tests/golden_traffic_light/sequence.rs"]
+#[allow(dead_code, reason = "the test reads more of a sequence")]
 mod sequence;
 
 use selection::{Judgement, Scratch};

@@ -46,7 +46,6 @@ pub(crate) struct Cycle {
     /// Those whose data is valid.
     pub(crate) candidates: Vec<Candidate>,
     /// What is expected of each of them.
-    #[allow(dead_code, reason = "not everybody who reads sequences compares verdicts")]
     pub(crate) expected: Vec<Value>,
 }
 
