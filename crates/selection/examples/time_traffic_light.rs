@@ -3,8 +3,8 @@
 //! `time_traffic_light FILE ROUNDS`: a round is the first cycle of the file with all its candidates, from `observe` to
 //! `remember`. Work that is done once per map and route falls into the first round only.
 
+#[expect(clippy::unwrap_used, dead_code, reason = "written for tests, which read more of a sequence")]
 #[path = "../tests/golden_traffic_light/sequence.rs"]
-#[allow(dead_code, reason = "the test reads more of a sequence")]
 mod sequence;
 
 use selection::{Judgement, Scratch};

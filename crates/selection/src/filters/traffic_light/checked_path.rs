@@ -183,6 +183,3 @@ impl<'a> CheckedPath<'a> {
         start_s + ratio * (end.time_from_start.seconds() - start_s)
     }
 }
-
-#[cfg(test)]
-mod tests;
