@@ -1,5 +1,6 @@
 //! The contract of a filter, and the table of filters that exist.
 
+pub mod boundary_departure;
 pub mod crosswalk;
 pub mod traffic_light;
 pub mod vehicle_constraint;
@@ -58,6 +59,8 @@ pub struct Scratch {
     pub(crate) crossings: Vec<crosswalk::Crossing>,
     /// A candidate's own copy of whom it waits for at one crosswalk.
     pub(crate) waits: Vec<crosswalk::Wait>,
+    /// Stances of the vehicle along a candidate, and the borders beside them.
+    pub boundary_departure: boundary_departure::Buffer,
 }
 
 /// A kind of filter that can be loaded by name.
@@ -104,6 +107,16 @@ pub const CLASSES: &[FilterClass] = &[
             Box::new(traffic_light::TrafficLightFilter::new(
                 parameters.traffic_light.clone(),
                 vehicle.max_longitudinal_offset_m(),
+            ))
+        },
+    },
+    FilterClass {
+        class_name: "safety::UncrossableBoundaryDepartureFilter",
+        short_name: boundary_departure::NAME,
+        make: |parameters, vehicle| {
+            Box::new(boundary_departure::UncrossableBoundaryDepartureFilter::new(
+                parameters.boundary_departure.clone(),
+                *vehicle,
             ))
         },
     },

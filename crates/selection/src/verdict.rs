@@ -2,6 +2,7 @@
 
 use crate::candidate::{Candidate, CandidateKey};
 use crate::filters::traffic_light::TrafficLightMemo;
+use crate::filters::boundary_departure::Hysteresis;
 use messages::autoware_trajectory_validator as wire;
 use messages::unique_identifier_msgs::Uuid;
 use smallvec::SmallVec;
@@ -140,6 +141,8 @@ pub enum Memo {
     Crosswalk(crate::filters::crosswalk::CrosswalkMemo),
     /// Lights that the candidate violates or stops for.
     TrafficLight(TrafficLightMemo),
+    /// Hysteresis of the uncrossable boundary departure filter after this cycle.
+    BoundaryDeparture(Hysteresis),
 }
 
 /// What one filter says about one candidate.

@@ -87,6 +87,22 @@ impl SegmentIndex {
         });
     }
 
+    /// All segments within `distance` metres of a point (inclusive), nearest first; segments at the same distance in
+    /// the order of (line string id, index). `found` is overwritten.
+    pub fn near(&self, point: [f64; 2], distance: f64, found: &mut Vec<NearSegment>) {
+        found.clear();
+        let around = Aabb::around([point]).grown(distance);
+        self.tree.meeting(&around, |item| {
+            let segment = item as usize;
+            let Segment { start, end, .. } = self.segments[segment];
+            let near = NearSegment { distance: segment_distance(planar(start), planar(end), point), segment };
+            if near.distance <= distance {
+                found.push(near);
+            }
+        });
+        found.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.segment.cmp(&b.segment)));
+    }
+
     /// The segments that meet a box (borders included), as places in [`Self::segments`], ascending. `found` is
     /// overwritten.
     pub fn within(&self, min: [f64; 2], max: [f64; 2], found: &mut Vec<usize>) {

@@ -1,0 +1,12 @@
+//! The named tolerances of this filter.
+
+/// A side that came nearer to a border than this has passed it: from then on distances on the wrong side of a border
+/// are negative. Upstream's constant, independent of the lateral margin.
+pub(super) const PASSED_M: f64 = 0.01;
+
+/// Slack of every bound that spares work. Far more than rounding can move a distance at coordinates within
+/// [`FARTHEST_M`], and too small to cost anything.
+pub(super) const ROUNDING_M: f64 = 1e-5;
+
+/// Coordinates beyond this are on no map; nothing can be judged there.
+pub(super) const FARTHEST_M: f64 = 1e8;
