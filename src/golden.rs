@@ -10,11 +10,9 @@
 
 mod file;
 mod maps;
-mod number;
 mod scene;
 
 pub use maps::Maps;
-pub use number::Number;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -4,6 +4,7 @@ pub mod bag;
 pub mod commands;
 pub mod drive;
 pub mod golden;
+pub mod json;
 pub mod recorder;
 pub mod report;
 pub mod scenario;

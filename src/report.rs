@@ -1,5 +1,6 @@
 //! What a person or a script looks at after a run.
 
+pub mod explanation;
 pub mod statistics;
 pub mod summary;
 pub mod table;

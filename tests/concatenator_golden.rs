@@ -2,6 +2,7 @@
 //!
 //! The order between generators is ours and not compared; the order inside a generator is. A generator that one message
 //! announces twice is the one intended difference, so such lists would have to be left out; there are none.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 
 #[path = "golden_support/shared.rs"]
 mod shared;

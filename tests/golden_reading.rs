@@ -1,4 +1,5 @@
 //! Golden sequences become the very scenes and candidates that a node would hand to the filters.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 
 use std::fs;
 use std::path::PathBuf;

@@ -1,4 +1,5 @@
 //! The filters give the verdicts that are written down, and `verify` sees it when they do not.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 
 #[path = "golden_support/shared.rs"]
 mod shared;

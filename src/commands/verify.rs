@@ -19,7 +19,8 @@ use selection::verdict::Failure;
 use selection::{Judgement, Scratch, Validator, Verdict, data_validity};
 use serde::Serialize;
 
-use crate::golden::{Cycle, Expected, ExpectedVerdict, GoldenError, Maps, Number, Sequence, sequence_files};
+use crate::golden::{Cycle, Expected, ExpectedVerdict, GoldenError, Maps, Sequence, sequence_files};
+use crate::json::Number;
 use compare::{Comparison, compare};
 
 /// How many differences are listed one by one.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use serde_json::Value;
 
-use super::Number;
+use crate::json::Number;
 
 #[derive(Deserialize)]
 pub(super) struct SequenceFile {

@@ -25,7 +25,8 @@ use super::file::{
     AccelerationFile, CandidateFile, CycleFile, ExpectedFile, FormatOnly, ObjectFile, OdometryFile,
     SequenceFile, SignalFile, VehicleFile, VerdictFile,
 };
-use super::{Cycle, Expected, ExpectedMetric, ExpectedVerdict, FORMAT, GoldenError, Maps, Number, Sequence};
+use super::{Cycle, Expected, ExpectedMetric, ExpectedVerdict, FORMAT, GoldenError, Maps, Sequence};
+use crate::json::Number;
 
 /// The frame of everything in a sequence.
 const FRAME: &str = "map";

@@ -1,5 +1,5 @@
 //! Where the golden files lie, which are not part of the repository.
-#![allow(dead_code, unreachable_pub)] // Shared by several test programs, each of which uses its own part.
+#![allow(dead_code, unreachable_pub, reason = "several test programs share this, each uses its own part")]
 
 use std::path::{Path, PathBuf};
 

@@ -38,6 +38,12 @@ pub enum Defect {
     WrongFrame = 5,
 }
 
+impl Defect {
+    /// All of them, in order.
+    pub const ALL: [Self; 5] =
+        [Self::TooFewPoints, Self::NonFinite, Self::TimeGoesBack, Self::NoRotation, Self::WrongFrame];
+}
+
 impl fmt::Display for Defect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -65,6 +71,17 @@ pub fn judge(scene: &Scene, candidate: &Candidate) -> Judgement {
             .map(|(_, index)| Evidence::at(candidate, index)),
         memo: Memo::Nothing,
     }
+}
+
+/// One line of plain words on a judgement of this check. `None` if the data is valid.
+#[must_use]
+pub fn explain(judgement: &Judgement) -> Option<String> {
+    let number = judgement.metrics.first()?.value;
+    let defect = Defect::ALL.into_iter().find(|defect| f64::from(*defect as u8) == number)?;
+    Some(match judgement.evidence {
+        Some(at) => format!("{defect}; first at point {}", at.index),
+        None => defect.to_string(),
+    })
 }
 
 /// The first defect in the order of [`Defect`], with the index of the point that has it.
@@ -218,5 +235,16 @@ mod tests {
         assert_eq!((judgement.metrics[0].value as u8, judgement.risk()), (1, RiskLevel::Danger));
         assert_eq!(judgement.evidence.map(|evidence| evidence.index), Some(0));
         assert_eq!(judge(&scene(), &candidate_of(Vec::new())).evidence, None);
+    }
+
+    #[test]
+    fn every_defect_is_told_in_words() {
+        let words = |points| explain(&judge(&scene(), &candidate_of(points)));
+        assert_eq!(words(straight(2, 5.0)), None);
+        assert_eq!(words(Vec::new()).unwrap(), "too few points");
+        let mut points = straight(9, 5.0);
+        points[4].pose.position.z = f64::NAN;
+        assert_eq!(words(points).unwrap(), "non-finite number; first at point 4");
+        assert!((1..).zip(Defect::ALL).all(|(number, defect)| defect as u8 == number));
     }
 }

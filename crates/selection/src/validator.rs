@@ -10,7 +10,7 @@ use crate::data_validity;
 use crate::filters::{CLASSES, Filter, FilterClass, Scratch};
 use crate::parameters::ValidatorParameters;
 use crate::scene::Scene;
-use crate::verdict::{Judgement, RiskLevel, Verdict};
+use crate::verdict::{self, Judgement, RiskLevel, Verdict};
 use motion::VehicleInfo;
 use smallvec::SmallVec;
 use std::any::Any;
@@ -66,6 +66,15 @@ impl LoadedFilter {
     #[must_use]
     pub fn enforcement(&self) -> Enforcement {
         self.enforcement
+    }
+
+    /// One line of plain words on why the candidate is not feasible, as the filter tells it; general words where the
+    /// filter has none of its own. `None` if the candidate is feasible.
+    #[must_use]
+    pub fn explain(&self, judgement: &Judgement) -> Option<String> {
+        // An explanation must not cost the report it belongs to, so a panic in it counts as no words.
+        let own = catch_unwind(AssertUnwindSafe(|| self.filter.explain(judgement)));
+        own.ok().flatten().or_else(|| verdict::explain(judgement))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Numbers in JSON that may also be `"nan"`, `"inf"` or `"-inf"`.
+//! What JSON outputs and golden files have in common: numbers that may also be `"nan"`, `"inf"` or `"-inf"`.
 
 use std::fmt;
 
