@@ -59,8 +59,12 @@ fn every_drive_is_replayed_and_only_accepted_candidates_leave() {
         assert_eq!(number(json, &["cycles", "coalesced"]), 0, "{drive}");
         let recorded = read(&output);
         let cycles = anchors + number(json, &["cycles", "timer"]);
-        let early: u64 =
-            json["cycles"]["early_return"].as_object().unwrap().values().filter_map(|n| n.as_u64()).sum();
+        let early: u64 = json["cycles"]["early_return"]
+            .as_object()
+            .unwrap()
+            .values()
+            .filter_map(serde_json::Value::as_u64)
+            .sum();
         assert_eq!(validated_sets(&recorded).len() as u64, cycles - early, "{drive}");
         only_accepted_candidates_leave(drive, &recorded);
         candidate_counts_agree(json, &recorded);

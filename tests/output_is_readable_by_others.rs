@@ -35,7 +35,8 @@ fn two_other_programs_read_the_demo() {
     for (topic, count) in outcome.json["output"]["messages"].as_object().unwrap() {
         let line = stdout.lines().find(|line| line.split_whitespace().any(|word| word == topic));
         let line = line.unwrap_or_else(|| panic!("{topic} was not read:\n{stdout}"));
-        let counts = line.split_whitespace().filter(|word| *word == count.to_string()).count();
+        let expected = count.to_string();
+        let counts = line.split_whitespace().filter(|word| *word == expected).count();
         assert!(counts >= 2, "both programs read {count} of {topic}: {line}");
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
 /// Width of the first column.
-const NAME_WIDTH: usize = 44;
+const NAME_WIDTH: usize = 48;
 
 /// Writes the table.
 ///
@@ -87,10 +87,11 @@ fn write_rejections(
     for (filter, metrics) in filters {
         if metrics.is_empty() {
             writeln!(out, "  {filter:width$} {:>8}", 0, width = NAME_WIDTH - 2)?;
+            continue;
         }
+        writeln!(out, "  {filter}")?;
         for (metric, count) in metrics {
-            let name = if metric == filter { (*filter).to_owned() } else { format!("{filter} {metric}") };
-            writeln!(out, "  {name:width$} {count:>8}", width = NAME_WIDTH - 2)?;
+            writeln!(out, "    {metric:width$} {count:>8}", width = NAME_WIDTH - 4)?;
         }
     }
     Ok(())

@@ -27,7 +27,9 @@ fn judge_once(
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let Some(golden) = arguments.next().map(PathBuf::from) else {
-        eprintln!("usage: time_boundary_departure <golden folder> [part of a scene's name] [rounds] [warm-up rounds]");
+        eprintln!(
+            "usage: time_boundary_departure <golden folder> [part of a scene's name] [rounds] [warm-up rounds]"
+        );
         return;
     };
     let wanted = arguments.next().unwrap_or_default();

@@ -1,8 +1,8 @@
 //! What is said about a candidate: metrics with their risk, the judgement of one filter, the verdict of all.
 
 use crate::candidate::{Candidate, CandidateKey};
-use crate::filters::traffic_light::TrafficLightMemo;
 use crate::filters::boundary_departure::Hysteresis;
+use crate::filters::traffic_light::TrafficLightMemo;
 use messages::autoware_trajectory_validator as wire;
 use messages::unique_identifier_msgs::Uuid;
 use smallvec::SmallVec;
