@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod demo;
+pub mod explain;
 pub mod failure;
 pub mod replay;
 pub mod verify;
@@ -45,6 +46,8 @@ pub enum Command {
     Replay(replay::ReplayArguments),
     /// Check parameter files and maps: all problems at once.
     Check(CheckArguments),
+    /// Tell why each candidate of one cycle of a drive was accepted or rejected.
+    Explain(explain::ExplainArguments),
     /// Hold the filters against recorded scenes with known verdicts.
     Verify(VerifyArguments),
 }
@@ -57,6 +60,7 @@ impl Command {
             Self::Demo(_) => "demo",
             Self::Replay(_) => "replay",
             Self::Check(_) => "check",
+            Self::Explain(_) => "explain",
             Self::Verify(_) => "verify",
         }
     }
@@ -134,16 +138,37 @@ pub fn main() -> u8 {
         Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
+        Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
         Command::Verify(arguments) => return answer_verify(arguments, cli.json),
     };
     match answer {
         Ok(summary) => answer_run(&summary, cli.json),
-        Err(failure) => {
-            tell(&failure);
-            let common = Common::new(name, vec![failure], Vec::new());
-            print_json_if(cli.json, &common);
-            common.exit_code
+        Err(failure) => answer_failure(name, failure, cli.json),
+    }
+}
+
+/// A command that could not do its work.
+fn answer_failure(command: &'static str, failure: Failure, json: bool) -> u8 {
+    tell(&failure);
+    let common = Common::new(command, vec![failure], Vec::new());
+    print_json_if(json, &common);
+    common.exit_code
+}
+
+fn answer_explain(arguments: &explain::ExplainArguments, json: bool) -> u8 {
+    match explain::run(arguments) {
+        Ok(explanation) if json => {
+            print_json_if(
+                true,
+                &Answer { common: Common::new("explain", vec![], vec![]), report: &explanation },
+            );
+            0
         }
+        Ok(explanation) => {
+            print(&explanation.to_string());
+            0
+        }
+        Err(failure) => answer_failure("explain", failure, json),
     }
 }
 
@@ -194,13 +219,7 @@ fn answer_verify(arguments: VerifyArguments, json: bool) -> u8 {
     let VerifyArguments { paths, maps, filter: filters } = arguments;
     let report = match verify::run(&verify::Options { paths, maps, filters }) {
         Ok(report) => report,
-        Err(error) => {
-            let failure = Failure::from(error);
-            tell(&failure);
-            let common = Common::new("verify", vec![failure], Vec::new());
-            print_json_if(json, &common);
-            return common.exit_code;
-        }
+        Err(error) => return answer_failure("verify", error.into(), json),
     };
     let errors = match report.exit_code() {
         0 => Vec::new(),

@@ -14,6 +14,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct Recording {
     /// Counts and latencies.
     pub statistics: Statistics,
+    /// The cycle that somebody wants to look at, once it has come.
+    pub watched: Option<CycleReport>,
+    watch: Option<u64>,
     writer: Option<Writer>,
 }
 
@@ -42,7 +45,12 @@ impl Recorder {
     pub fn writing(path: &Path, interface: Interface) -> Result<Self, BagError> {
         let mcap = McapWriter::create(path, bag::WriterOptions::default())?;
         let writer = Some(Writer { mcap, topics: BTreeMap::new(), interface });
-        Ok(Self(Arc::new(Mutex::new(Recording { statistics: Statistics::default(), writer }))))
+        Ok(Self(Arc::new(Mutex::new(Recording { writer, ..Recording::default() }))))
+    }
+
+    /// Keeps the cycle of this number when it comes.
+    pub fn watch(&self, cycle: u64) {
+        self.lock().watch = Some(cycle);
     }
 
     /// The recording. A panic elsewhere while it was held leaves it as it is: counts only grow.
@@ -90,6 +98,10 @@ impl Sink for Recorder {
     }
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
-        self.lock().statistics.add(report, times);
+        let mut recording = self.lock();
+        recording.statistics.add(report, times);
+        if recording.watch == Some(report.cycle.number) {
+            recording.watched = Some(report.clone());
+        }
     }
 }

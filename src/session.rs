@@ -15,6 +15,7 @@ use messages::Interface;
 use messages::builtin_interfaces::Time;
 use motion::{VehicleDimensions, VehicleInfo};
 use selection::Validator;
+use selector_actors::cycle::CycleReport;
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{Clock, Config, Input, InputTopic, SelectorSystem, SystemError};
 use std::collections::BTreeMap;
@@ -70,6 +71,8 @@ pub struct Session {
     pub output: Option<PathBuf>,
     /// Map from elsewhere than the drive.
     pub map: Option<Arc<Map>>,
+    /// Number of a cycle to keep for a closer look.
+    pub watch: Option<u64>,
     /// Whether to draw a progress bar.
     pub progress: bool,
 }
@@ -79,6 +82,8 @@ pub struct Session {
 pub struct Ended {
     /// Counts, latencies, output.
     pub result: RunResult,
+    /// The cycle that was asked for, if it came.
+    pub watched: Option<CycleReport>,
     /// What stopped the session early, if anything; what was done before stands.
     pub errors: Vec<Failure>,
     /// What was odd.
@@ -100,6 +105,9 @@ impl Session {
             Some(path) => Recorder::writing(path, self.interface)?,
             None => Recorder::counting(),
         };
+        if let Some(cycle) = self.watch {
+            recorder.watch(cycle);
+        }
         let clock = Clock::stepped(self.span.0);
         let config = self.config(settings, clock)?;
         let system = SelectorSystem::start(config, Box::new(recorder.clone()))?;
@@ -136,6 +144,7 @@ impl Session {
             errors.extend(nothing_decoded(&messages, self.interface));
         }
         let statistics = std::mem::take(&mut recorder.lock().statistics);
+        let watched = recorder.lock().watched.take();
         let result = RunResult {
             input: self.input,
             interface: self.interface.name(),
@@ -145,7 +154,7 @@ impl Session {
             output,
             wall: started.elapsed(),
         };
-        Ok(Ended { result, errors, warnings })
+        Ok(Ended { result, watched, errors, warnings })
     }
 
     fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
@@ -166,7 +175,7 @@ impl Session {
     }
 }
 
-fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
+pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
     let vehicle = &settings.vehicle;
     Ok(VehicleInfo::new(VehicleDimensions {
         wheel_radius_m: vehicle.wheel_radius,

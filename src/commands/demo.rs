@@ -46,6 +46,7 @@ pub fn run(arguments: &DemoArguments, progress: bool) -> Result<RunSummary, Fail
         rate: Rate::Max,
         output: Some(arguments.output.join("demo.mcap")),
         map: None,
+        watch: None,
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, scenario.drive().map(Event::Input))?;

@@ -65,13 +65,14 @@ pub fn run(arguments: &ReplayArguments, progress: bool) -> Result<RunSummary, Fa
         rate: arguments.rate,
         output: arguments.output.clone(),
         map,
+        watch: None,
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, drive)?;
     Ok(summarise("replay", ended, warnings, &settings, threads))
 }
 
-fn load_map(path: &Path) -> Result<Arc<Map>, Failure> {
+pub(super) fn load_map(path: &Path) -> Result<Arc<Map>, Failure> {
     let loaded =
         Map::load(path, &OsmOptions::default()).map_err(|error| Failure::from(error).at(path.display()))?;
     Ok(Arc::new(loaded.map))
