@@ -35,7 +35,8 @@ fn verdicts_equal_upstream() {
     };
     let (mut compared, mut rejected, mut failed) = (0, 0, 0);
     let mut differences = Vec::new();
-    for file in sequence::files(&folder.join("golden/open")) {
+    let files = ["golden/open", "golden/bench"].map(|part| sequence::files(&folder.join(part)));
+    for file in files.into_iter().flatten() {
         let sequence = Sequence::read(&folder, &file);
         let mut filter = sequence.filter();
         let mut scratch = Scratch::default();

@@ -5,9 +5,9 @@
 //! its first point only has not begun yet, so the first point never is the stop. From the last point the front bumper
 //! sticks out along the vehicle.
 
-use super::route_lights::{Bounds, StopLine};
+use super::route_lights::StopLine;
 use motion::trajectory::Posed;
-use motion::{Point2, Segment, TrajectoryPoint};
+use motion::{AxisAlignedBox, Point2, Segment, TrajectoryPoint};
 
 /// The checked part of a candidate, seen from above.
 #[derive(Debug)]
@@ -24,7 +24,7 @@ pub(super) struct CheckedPath<'a> {
     bumper: Option<Point2>,
     /// Whether the last point is a planned stop.
     stops: bool,
-    bounds: Bounds,
+    extent: AxisAlignedBox,
 }
 
 /// How much of the path is looked at.
@@ -92,7 +92,7 @@ impl<'a> CheckedPath<'a> {
         let first_index = past(candidate);
         let (past, future) = candidate.split_at(first_index);
         let mut previous = future[0].point();
-        let mut bounds = Bounds::at(previous);
+        let mut extent = AxisAlignedBox::around([previous]);
         let (mut length_m, mut stops) = (0.0, false);
         lengths_m.clear();
         lengths_m.push(0.0);
@@ -100,7 +100,7 @@ impl<'a> CheckedPath<'a> {
             let place = point.point();
             length_m += (place - previous).norm();
             lengths_m.push(length_m);
-            bounds.include(place);
+            extent = extent.with(place);
             previous = place;
             stops = length_m > 0.0 && f64::from(point.longitudinal_velocity_mps) <= stop_speed_mps;
             if stops || length_m > look_ahead_m {
@@ -110,9 +110,9 @@ impl<'a> CheckedPath<'a> {
         let points = &future[..lengths_m.len()];
         let heading = points[points.len() - 1].pose.heading();
         let bumper = (front_offset_m > 0.0).then(|| previous + heading * front_offset_m);
-        bumper.iter().for_each(|bumper| bounds.include(*bumper));
+        let extent = bumper.map_or(extent, |bumper| extent.with(bumper));
         let backward_length_m = past.windows(2).map(|pair| distance_m(&pair[0], &pair[1])).sum();
-        Some(Self { points, first_index, lengths_m, backward_length_m, bumper, stops, bounds })
+        Some(Self { points, first_index, lengths_m, backward_length_m, bumper, stops, extent })
     }
 
     /// Length of the candidate's part in the past, m.
@@ -138,7 +138,7 @@ impl<'a> CheckedPath<'a> {
 
     /// Where the path first meets a line.
     pub(super) fn crossing(&self, line: &StopLine, reach: Reach) -> Option<Crossing> {
-        if !self.bounds.overlap(line.bounds()) {
+        if !self.extent.overlaps(line.extent()) {
             return None;
         }
         let bumper = self.bumper.filter(|_| reach == Reach::Bumper);

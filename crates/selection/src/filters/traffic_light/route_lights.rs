@@ -6,48 +6,9 @@
 use super::lamps::TurnDirection;
 use lanelet_map::{Lanelet, Map, Polyline, RegulatoryElement};
 use messages::autoware_planning_msgs::LaneletRoute;
-use motion::{Point2, Segment};
+use motion::{AxisAlignedBox, Point2, Segment};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// An upright box in the map plane.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
-    lower: Point2,
-    upper: Point2,
-}
-
-impl Bounds {
-    /// The box that holds nothing but this point.
-    #[inline]
-    pub(super) fn at(point: Point2) -> Self {
-        Self { lower: point, upper: point }
-    }
-
-    /// The box of a segment.
-    #[inline]
-    pub(super) fn of(segment: &Segment) -> Self {
-        let mut bounds = Self::at(segment.start);
-        bounds.include(segment.end);
-        bounds
-    }
-
-    /// Grows to hold a point.
-    #[inline]
-    pub(super) fn include(&mut self, point: Point2) {
-        self.lower = Point2::new(self.lower.x.min(point.x), self.lower.y.min(point.y));
-        self.upper = Point2::new(self.upper.x.max(point.x), self.upper.y.max(point.y));
-    }
-
-    /// True if the boxes share a point.
-    #[inline]
-    pub(super) fn overlap(&self, other: &Self) -> bool {
-        self.lower.x <= other.upper.x
-            && other.lower.x <= self.upper.x
-            && self.lower.y <= other.upper.y
-            && other.lower.y <= self.upper.y
-    }
-}
 
 /// A stop line: at least one segment, which may be a point.
 #[derive(Debug)]
@@ -55,26 +16,25 @@ pub(super) struct StopLine {
     /// Id of the line string.
     pub id: i64,
     segments: Vec<Segment>,
-    bounds: Bounds,
+    extent: AxisAlignedBox,
 }
 
 impl StopLine {
     /// `None` for a line without points.
     fn new(line: Polyline<'_>) -> Option<Self> {
         let points: Vec<Point2> = line.positions().map(|[x, y, _]| Point2::new(x, y)).collect();
-        let mut bounds = Bounds::at(*points.first()?);
-        points.iter().for_each(|point| bounds.include(*point));
         let segments = match points[..] {
+            [] => return None,
             [point] => vec![Segment::new(point, point)],
             _ => points.windows(2).map(|pair| Segment::new(pair[0], pair[1])).collect(),
         };
-        Some(Self { id: line.id(), segments, bounds })
+        Some(Self { id: line.id(), extent: AxisAlignedBox::around(points), segments })
     }
 
     /// The box around the line.
     #[inline]
-    pub(super) fn bounds(&self) -> &Bounds {
-        &self.bounds
+    pub(super) fn extent(&self) -> &AxisAlignedBox {
+        &self.extent
     }
 
     /// Distance of a point from the line, m.
@@ -86,7 +46,7 @@ impl StopLine {
     /// The point of the line that a piece of a path meets first.
     #[inline]
     pub(super) fn first_contact(&self, piece: &Segment) -> Option<Point2> {
-        if !self.bounds.overlap(&Bounds::of(piece)) {
+        if !self.extent.overlaps(&AxisAlignedBox::around([piece.start, piece.end])) {
             return None;
         }
         let contacts = self.segments.iter().filter_map(|segment| piece.first_contact(segment));
