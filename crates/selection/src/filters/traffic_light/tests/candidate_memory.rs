@@ -62,6 +62,11 @@ fn stops_are_remembered_also_when_the_line_is_never_reached() {
     assert!(world.shows(AMBER).ok(stops_early));
     assert!(!world.ego(10.0, 0.0).ok(traj(15.0, 30.0, 10.0)));
 
+    // Whoever just does not come so far plans no stop.
+    let mut world = World::new(20.0, parameters.clone(), 0.0);
+    assert!(world.shows(AMBER).ok(traj(0.0, 4.0, 5.0)));
+    assert!(world.ego(10.0, 0.0).ok(traj(15.0, 30.0, 10.0)));
+
     // Crossing with a stop beyond the margin is no detected stop; here it is passable and leaves nothing.
     let mut world = World::new(20.0, parameters, 0.0);
     let stops_late = vec![point(0.0, 15.0, 10.0), point(1.0, 30.0, 0.0)];
