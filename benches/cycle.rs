@@ -35,10 +35,24 @@ const CYCLES: usize = 2000;
 /// Drops outputs, keeps times.
 struct Stopwatch(Sender<Sample>);
 
-/// One cycle, ns.
+/// One cycle.
 struct Sample {
+    snapshot: Duration,
     judge: Duration,
+    publish: Duration,
     cycle: Duration,
+}
+
+impl Sample {
+    /// Everything that is not judging.
+    fn own(&self) -> Duration {
+        self.cycle.saturating_sub(self.judge)
+    }
+
+    /// Taking the anchor in, mailboxes, hand-over to the pool and back, putting the report together.
+    fn rest(&self) -> Duration {
+        self.own().saturating_sub(self.snapshot + self.publish)
+    }
 }
 
 impl Sink for Stopwatch {
@@ -48,7 +62,12 @@ impl Sink for Stopwatch {
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
         if let Outcome::Judged(judged) = &report.outcome {
-            let sample = Sample { judge: judged.observe + judged.judge, cycle: times.cycle };
+            let sample = Sample {
+                snapshot: report.cycle.snapshot,
+                judge: judged.observe + judged.judge,
+                publish: times.publish,
+                cycle: times.cycle,
+            };
             self.0.send(sample).unwrap();
         }
     }
@@ -58,18 +77,33 @@ fn main() {
     println!(
         "one cycle, {CANDIDATES} candidates x {POINTS} points, data validity and vehicle constraint, {CYCLES} cycles"
     );
+    println!("medians in µs; own cost = snapshot + publish + rest");
     println!(
-        "{:>8} {:>16} {:>16} {:>16} {:>8}",
-        "threads", "judging p50 µs", "own cost p50 µs", "cycle p50 µs", "own/judging"
+        "{:>8} {:>8} {:>9} {:>9} {:>9} {:>8} {:>8} {:>12}",
+        "threads", "cycle", "judging", "own cost", "snapshot", "publish", "rest", "own/judging"
     );
     for threads in [1, 2] {
-        let (judge, own, cycle) = measure(threads);
-        println!("{threads:>8} {judge:>16.1} {own:>16.1} {cycle:>16.1} {:>8.2}", own / judge);
+        let samples = measure(threads);
+        let judge = median_us(&samples, |sample| sample.judge);
+        let own = median_us(&samples, Sample::own);
+        println!(
+            "{threads:>8} {:>8.1} {judge:>9.1} {own:>9.1} {:>9.1} {:>8.1} {:>8.1} {:>12.2}",
+            median_us(&samples, |sample| sample.cycle),
+            median_us(&samples, |sample| sample.snapshot),
+            median_us(&samples, |sample| sample.publish),
+            median_us(&samples, Sample::rest),
+            own / judge,
+        );
     }
 }
 
-/// Medians in µs: judging, everything else, all.
-fn measure(threads: usize) -> (f64, f64, f64) {
+fn median_us(samples: &[Sample], of: impl Fn(&Sample) -> Duration) -> f64 {
+    let mut times: Vec<Duration> = samples.iter().map(of).collect();
+    times.sort_unstable();
+    times[times.len() / 2].as_secs_f64() * 1e6
+}
+
+fn measure(threads: usize) -> Vec<Sample> {
     let (sender, samples) = unbounded();
     let parameters = ValidatorParameters {
         filter_names: vec!["safety::VehicleConstraintFilter".to_owned()],
@@ -102,12 +136,7 @@ fn measure(threads: usize) -> (f64, f64, f64) {
     system.stop().unwrap();
     let samples: Vec<Sample> = samples.try_iter().collect();
     assert_eq!(samples.len(), CYCLES);
-    let median = |of: fn(&Sample) -> Duration| {
-        let mut times: Vec<Duration> = samples.iter().map(of).collect();
-        times.sort_unstable();
-        times[times.len() / 2].as_secs_f64() * 1e6
-    };
-    (median(|s| s.judge), median(|s| s.cycle.saturating_sub(s.judge)), median(|s| s.cycle))
+    samples
 }
 
 fn map() -> lanelet_map::Map {

@@ -6,7 +6,8 @@ use messages::geometry_msgs::Pose as PoseMessage;
 use messages::unique_identifier_msgs::Uuid;
 use motion::{Point3, Pose, Quaternion, TimeFromStart, TrajectoryPoint};
 use std::fmt;
-use std::sync::Arc;
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
 
 /// Names a candidate over time: its generator, and its position among that generator's candidates in the cycle's set.
 ///
@@ -35,14 +36,45 @@ pub struct Candidate {
     /// The message as it came in; this is what is published.
     pub message: Arc<CandidateTrajectory>,
     /// The same points for calculation, in the frame of the message.
-    pub points: Arc<[TrajectoryPoint]>,
+    pub points: Arc<Points>,
+}
+
+/// The points of a candidate for calculation. They are made from the message at first use: on a thread that judges,
+/// and once, however often the candidate is judged again while it is fresh.
+#[derive(Debug)]
+pub struct Points {
+    message: Arc<CandidateTrajectory>,
+    converted: OnceLock<Box<[TrajectoryPoint]>>,
+}
+
+impl Points {
+    /// The points of this message.
+    #[must_use]
+    pub fn of(message: Arc<CandidateTrajectory>) -> Self {
+        Self { message, converted: OnceLock::new() }
+    }
+}
+
+impl FromIterator<TrajectoryPoint> for Points {
+    /// Points that come from no message.
+    fn from_iter<I: IntoIterator<Item = TrajectoryPoint>>(points: I) -> Self {
+        Self { message: Arc::default(), converted: OnceLock::from(points.into_iter().collect::<Box<_>>()) }
+    }
+}
+
+impl Deref for Points {
+    type Target = [TrajectoryPoint];
+
+    fn deref(&self) -> &[TrajectoryPoint] {
+        self.converted.get_or_init(|| self.message.points.iter().map(point_of).collect())
+    }
 }
 
 impl Candidate {
     /// A candidate from its message.
     #[must_use]
     pub fn new(message: Arc<CandidateTrajectory>, generator_name: Arc<str>, sample: u32) -> Self {
-        let points = points_of(&message.points);
+        let points = Arc::new(Points::of(message.clone()));
         Self {
             key: CandidateKey { generator: message.generator_id, sample },
             generator_name,
@@ -50,12 +82,6 @@ impl Candidate {
             points,
         }
     }
-}
-
-/// Points of a message for calculation.
-#[must_use]
-pub(crate) fn points_of(points: &[PointMessage]) -> Arc<[TrajectoryPoint]> {
-    points.iter().map(point_of).collect()
 }
 
 fn point_of(point: &PointMessage) -> TrajectoryPoint {

@@ -5,11 +5,10 @@
 //! buffer is read; generators come out newest-inserted first, trajectories of a generator in message order; the number
 //! of generators is bounded. Source of the rules: Autoware's `autoware_trajectory_concatenator`.
 
-use crate::candidate::{Candidate, points_of};
+use crate::candidate::{Candidate, Points};
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
 use messages::builtin_interfaces::Time;
 use messages::unique_identifier_msgs::Uuid;
-use motion::TrajectoryPoint;
 use std::sync::Arc;
 
 /// Most generators kept at once. Upstream has no limit, and candidates stamped in the future never expire there; a
@@ -33,11 +32,11 @@ struct Entry {
     trajectories: Vec<Buffered>,
 }
 
-/// A trajectory as it waits: its points are converted once, however often it is given out.
+/// A trajectory as it waits; its points for calculation are made once, however often it is given out.
 #[derive(Debug, Clone)]
 struct Buffered {
     message: Arc<CandidateTrajectory>,
-    points: Arc<[TrajectoryPoint]>,
+    points: Arc<Points>,
 }
 
 /// What was odd about the messages that came in.
@@ -130,7 +129,7 @@ impl Concatenator {
                 .filter(|candidate| candidate.generator_id == id)
                 .map(|candidate| Buffered {
                     message: candidate.clone(),
-                    points: points_of(&candidate.points),
+                    points: Arc::new(Points::of(candidate.clone())),
                 })
                 .collect();
             self.replace(Entry {

@@ -20,7 +20,7 @@ pub mod verdict;
 #[cfg(test)]
 mod test_scene;
 
-pub use candidate::{Candidate, CandidateKey};
+pub use candidate::{Candidate, CandidateKey, Points};
 pub use concatenator::{Concatenated, Concatenator};
 pub use filters::{Filter, Scratch};
 pub use scene::{MissingInput, Scene};

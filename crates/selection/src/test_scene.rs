@@ -36,6 +36,6 @@ pub(crate) fn candidate_of(points: Vec<TrajectoryPoint>) -> Candidate {
         key: CandidateKey { generator: Uuid::default(), sample: 0 },
         generator_name: "planner".into(),
         message: Arc::new(CandidateTrajectory { header, ..CandidateTrajectory::default() }),
-        points: points.into(),
+        points: Arc::new(points.into_iter().collect()),
     }
 }

@@ -117,7 +117,8 @@ impl Sequence {
     fn candidate(&self, json: &Value) -> Candidate {
         let columns: Vec<&str> =
             self.json["columns"].as_array().unwrap().iter().map(|column| column.as_str().unwrap()).collect();
-        let points = json["points"].as_array().unwrap().iter().map(|row| point(&columns, row)).collect();
+        let rows = json["points"].as_array().unwrap().iter();
+        let points = Arc::new(rows.map(|row| point(&columns, row)).collect());
         let generator = u128::from_str_radix(json["generator"].as_str().unwrap(), 16).unwrap();
         Candidate {
             key: CandidateKey {

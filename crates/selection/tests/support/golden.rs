@@ -169,7 +169,7 @@ fn candidate_of(value: &Value, columns: &[&str]) -> Candidate {
         key: CandidateKey { generator, sample: value["sample"].as_u64().unwrap_or(0) as u32 },
         generator_name: "golden".into(),
         message: Arc::new(CandidateTrajectory::default()),
-        points: points.collect(),
+        points: Arc::new(points.collect()),
     }
 }
 

@@ -98,7 +98,7 @@ impl Motion {
             let (x, y) = self.place((point.pose.position.x, point.pose.position.y));
             TrajectoryPoint { pose: Pose::from_xy_yaw(x, y, point.pose.yaw() + self.yaw), ..*point }
         };
-        Candidate { points: candidate.points.iter().map(point).collect(), ..candidate.clone() }
+        Candidate { points: Arc::new(candidate.points.iter().map(point).collect()), ..candidate.clone() }
     }
 }
 
