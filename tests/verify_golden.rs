@@ -1,6 +1,8 @@
 //! The filters give the verdicts that are written down, and `verify` sees it when they do not.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail loudly")]
 
+#[path = "program_support/program.rs"]
+mod program;
 #[path = "golden_support/shared.rs"]
 mod shared;
 
@@ -191,4 +193,24 @@ fn a_filter_that_does_not_exist_is_refused() {
     let options = Options { filters: vec!["vehicle_constraint".to_owned()], ..Options::default() };
     let Err(error @ VerifyError::UnknownFilter { .. }) = run(&options) else { panic!("accepted") };
     assert!(error.to_string().contains("vehicle_constraint_filter"), "{error}");
+}
+
+#[test]
+fn the_program_ends_with_3_if_and_only_if_a_verdict_differs() {
+    let Some(golden) = shared::golden("the_program_ends_with_3_if_and_only_if_a_verdict_differs") else {
+        return;
+    };
+    let mut copy = Copy::of(&golden, "open_intersection_007_vc.json");
+    let path = copy.folder.path().join("sequence.json");
+    for (name, exit_code) in [("check_speed", 0), ("check_speeding", 3)] {
+        copy.file["expected"][0][0][FILTER]["metrics"][0][0] = name.into();
+        fs::write(&path, copy.file.to_string()).unwrap();
+        let maps = copy.maps.to_str().unwrap();
+        let run = program::run(&["verify", path.to_str().unwrap(), "--maps", maps]);
+        assert_eq!((run.exit_code, &run.json["exit_code"]), (exit_code, &exit_code.into()));
+        assert_eq!(run.json["ok"], exit_code == 0);
+        assert_eq!(run.json["differences"].as_array().unwrap().len(), usize::from(exit_code == 3));
+    }
+    let run = program::run(&["verify", "/no/such/folder"]);
+    assert_eq!((run.exit_code, run.json["errors"].as_array().unwrap().len()), (1, 1));
 }
