@@ -13,6 +13,7 @@
 
 pub mod footprint;
 pub mod geometry;
+pub mod occupancy;
 pub mod pose;
 pub mod stopping;
 pub mod tolerance;

@@ -83,6 +83,37 @@ fn has_separating_edge(a: &[Point2], b: &[Point2]) -> bool {
     })
 }
 
+/// True unless an edge normal of either convex polygon shows that they are more than `reach_m` apart: they overlap,
+/// touch, or come (at least seen along every normal) within `reach_m` of each other.
+///
+/// The careful answer for polygons that stand for something up to `reach_m` larger: never false when they are that
+/// near, perhaps true when two corners face each other a little further apart. One or two vertices are a point or a
+/// segment; no vertices are near nothing.
+#[must_use]
+pub fn convex_overlap_within(a: &[Point2], b: &[Point2], reach_m: f64) -> bool {
+    !a.is_empty() && !b.is_empty() && !is_far_along_edge(a, b, reach_m) && !is_far_along_edge(b, a, reach_m)
+}
+
+/// True when `a` and `b` lie more than `reach_m` apart along the normal of an edge of `a`.
+fn is_far_along_edge(a: &[Point2], b: &[Point2], reach_m: f64) -> bool {
+    edges(a).any(|(start, end)| {
+        let edge = end - start;
+        let reach = reach_m * edge.norm();
+        let side = |p: &Point2| edge.perp(&(p - start));
+        let sign = b.first().map_or(0.0, side).signum();
+        let mut nearest = f64::INFINITY;
+        for point in b {
+            let beyond = sign * side(point) - reach;
+            if beyond > 0.0 {
+                nearest = nearest.min(beyond);
+            } else {
+                return false;
+            }
+        }
+        a.iter().all(|point| sign * side(point) < nearest)
+    })
+}
+
 /// Every edge, the closing one first.
 #[inline]
 fn edges(polygon: &[Point2]) -> impl Iterator<Item = (Point2, Point2)> + '_ {
@@ -207,6 +238,25 @@ mod tests {
             check(&car, &rectangle(2.8, 1.4, -36_f64.to_radians(), x, y));
             check(&triangle, &pentagon(x, y));
         }
+    }
+
+    #[test]
+    fn overlap_within_a_reach() {
+        let square = rectangle(2.0, 2.0, 0.0, 0.0, 0.0);
+        for (x, reach, expected) in
+            [(2.0, 0.0, true), (2.1, 0.0, false), (2.1, 0.099, false), (2.1, 0.101, true), (1.0, 0.5, true)]
+        {
+            assert_eq!(
+                convex_overlap_within(&square, &rectangle(2.0, 2.0, 0.0, x, 0.3), reach),
+                expected,
+                "{x} {reach}"
+            );
+        }
+        // a point and a segment are bodies too
+        assert!(convex_overlap_within(&square, &[Point2::new(0.5, 0.5)], 0.0));
+        assert!(!convex_overlap_within(&square, &[Point2::new(1.5, 0.5)], 0.4));
+        assert!(convex_overlap_within(&[Point2::new(1.5, 0.5), Point2::new(1.5, 9.0)], &square, 0.6));
+        assert!(!convex_overlap_within(&square, &[], 1.0));
     }
 
     #[test]

@@ -1,0 +1,144 @@
+//! Boxes along the map axes: the cheapest test that two things are apart.
+
+use crate::geometry::Point2;
+
+/// A box along the map axes \[m\]. Starts out empty: an empty box meets nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest x and y.
+    pub min: Point2,
+    /// Largest x and y.
+    pub max: Point2,
+}
+
+impl Bounds {
+    /// The box around nothing.
+    pub const EMPTY: Self = Self {
+        min: Point2::new(f64::INFINITY, f64::INFINITY),
+        max: Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// The box around both.
+    #[must_use]
+    #[inline]
+    pub fn joined(&self, other: &Self) -> Self {
+        Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
+    }
+
+    /// This box, grown by `by_m` to all sides.
+    #[must_use]
+    #[inline]
+    pub fn grown(&self, by_m: f64) -> Self {
+        let by = nalgebra::Vector2::new(by_m, by_m);
+        Self { min: self.min - by, max: self.max + by }
+    }
+
+    /// True when a point is inside or on the border.
+    #[must_use]
+    #[inline]
+    pub fn holds(&self, point: Point2) -> bool {
+        self.meets(&Self { min: point, max: point })
+    }
+
+    /// True when the boxes overlap or touch.
+    #[must_use]
+    #[inline]
+    pub fn meets(&self, other: &Self) -> bool {
+        // Without short cuts: the four comparisons are cheaper than a branch that is guessed wrong.
+        (self.min.x <= other.max.x)
+            & (other.min.x <= self.max.x)
+            & (self.min.y <= other.max.y)
+            & (other.min.y <= self.max.y)
+    }
+}
+
+/// Many boxes along the map axes, one column for each side.
+#[derive(Clone, Debug, Default)]
+pub struct BoundsColumns {
+    min_x: Vec<f64>,
+    min_y: Vec<f64>,
+    max_x: Vec<f64>,
+    max_y: Vec<f64>,
+}
+
+impl BoundsColumns {
+    /// Forgets all boxes and keeps the memory.
+    pub fn clear(&mut self) {
+        for column in [&mut self.min_x, &mut self.min_y, &mut self.max_x, &mut self.max_y] {
+            column.clear();
+        }
+    }
+
+    /// Adds a box.
+    #[inline]
+    pub fn push(&mut self, bounds: &Bounds) {
+        self.min_x.push(bounds.min.x);
+        self.min_y.push(bounds.min.y);
+        self.max_x.push(bounds.max.x);
+        self.max_y.push(bounds.max.y);
+    }
+
+    /// Number of boxes.
+    #[must_use]
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.min_x.len()
+    }
+
+    /// True when there are no boxes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.min_x.is_empty()
+    }
+
+    /// The box at a place.
+    ///
+    /// # Panics
+    /// When the place is not below [`Self::len`].
+    #[must_use]
+    #[inline]
+    pub fn get(&self, at: usize) -> Bounds {
+        Bounds {
+            min: Point2::new(self.min_x[at], self.min_y[at]),
+            max: Point2::new(self.max_x[at], self.max_y[at]),
+        }
+    }
+
+    /// The box around all boxes of a range; empty for an empty range.
+    #[must_use]
+    pub fn around(&self, range: std::ops::Range<usize>) -> Bounds {
+        range.fold(Bounds::EMPTY, |all, at| all.joined(&self.get(at)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds(x: f64, y: f64, size: f64) -> Bounds {
+        Bounds { min: Point2::new(x, y), max: Point2::new(x + size, y + size) }
+    }
+
+    #[test]
+    fn contact_meets_and_nothing_meets_the_empty_box() {
+        let a = bounds(0.0, 0.0, 1.0);
+        assert!(a.meets(&bounds(1.0, 1.0, 1.0)));
+        assert!(!a.meets(&bounds(1.1, 0.0, 1.0)));
+        assert!(!a.meets(&bounds(0.0, -1.1, 1.0)));
+        assert!(!a.meets(&Bounds::EMPTY) && !Bounds::EMPTY.meets(&a));
+        assert!(a.grown(0.2).meets(&bounds(1.1, 0.0, 1.0)));
+    }
+
+    #[test]
+    fn columns_join() {
+        let mut columns = BoundsColumns::default();
+        assert!(columns.is_empty());
+        columns.push(&bounds(0.0, 0.0, 1.0));
+        columns.push(&bounds(5.0, -2.0, 1.0));
+        assert_eq!(columns.len(), 2);
+        assert_eq!(columns.around(0..2), Bounds { min: Point2::new(0.0, -2.0), max: Point2::new(6.0, 1.0) });
+        assert_eq!(columns.around(1..1), Bounds::EMPTY);
+        columns.clear();
+        assert!(columns.is_empty());
+    }
+}
