@@ -9,8 +9,9 @@ mod segment;
 
 pub use axis_aligned_box::AxisAlignedBox;
 pub use oriented_box::OrientedBox;
-pub use polygon::{convex_contains, convex_hull, convex_overlap, polygon_contains, signed_area};
-pub use polygon::{convex_contains, convex_hull, convex_overlap, convex_overlap_within, signed_area};
+pub use polygon::{
+    convex_contains, convex_hull, convex_overlap, convex_overlap_within, polygon_contains, signed_area,
+};
 pub use segment::Segment;
 
 use crate::tolerance::CURVATURE_SIDES_M3;

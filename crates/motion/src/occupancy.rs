@@ -19,4 +19,4 @@ pub use bounds::{Bounds, BoundsColumns};
 pub use box_tracks::{BoxCollision, BoxTracks};
 pub use outline::{Outline, PlanarPose};
 pub use profile::{SpeedProfile, arc_pose, turn_per_metre};
-pub use sweep::{Deviation, HullBuffers, SUBDIVISION_TURN_RAD, Slice, Sweep, slices_meet};
+pub use sweep::{Deviation, HullBuffers, SUBDIVISION_TURN_RAD, Slice, Sweep, placed_meet, slices_meet};

@@ -1,6 +1,7 @@
 //! The contract of a filter, and the table of filters that exist.
 
 pub mod boundary_departure;
+pub mod collision_check;
 pub mod crosswalk;
 pub mod traffic_light;
 pub mod vehicle_constraint;
@@ -61,6 +62,8 @@ pub struct Scratch {
     pub(crate) waits: Vec<crosswalk::Wait>,
     /// Stances of the vehicle along a candidate, and the borders beside them.
     pub boundary_departure: boundary_departure::Buffer,
+    /// Motions of the vehicle and searches of the collision check.
+    pub collision_check: collision_check::Workspace,
 }
 
 /// A kind of filter that can be loaded by name.
@@ -90,6 +93,13 @@ impl FilterClass {
 
 /// Every filter that can be loaded, in order of evaluation (ascending short name).
 pub const CLASSES: &[FilterClass] = &[
+    FilterClass {
+        class_name: "safety::CollisionCheckFilter",
+        short_name: collision_check::NAME,
+        make: |parameters, vehicle| {
+            Box::new(collision_check::CollisionCheckFilter::new(&parameters.collision_check, vehicle))
+        },
+    },
     FilterClass {
         class_name: "traffic_rule::CrosswalkFilter",
         short_name: crosswalk::NAME,

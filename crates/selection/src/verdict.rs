@@ -143,6 +143,8 @@ pub enum Memo {
     TrafficLight(TrafficLightMemo),
     /// Hysteresis of the uncrossable boundary departure filter after this cycle.
     BoundaryDeparture(Hysteresis),
+    /// What the collision check found beyond its metrics. Nothing is folded; it explains the judgement.
+    CollisionCheck(crate::filters::collision_check::CollisionMemo),
 }
 
 /// What one filter says about one candidate.

@@ -42,15 +42,18 @@ impl OutlineIndex {
         Self::new(polygons.map(|polygon| Outline { id: polygon.id(), corners: planar(polygon.positions()) }))
     }
 
-    fn new(outlines: impl Iterator<Item = Outline>) -> Self {
-        let outlines: Vec<Outline> = outlines.filter(|outline| outline.corners.len() > 2).collect();
+    /// The given outlines, in the given order. Outlines of fewer than three corners enclose nothing and are left out.
+    #[must_use]
+    pub fn new(outlines: impl IntoIterator<Item = Outline>) -> Self {
+        let outlines: Vec<Outline> =
+            outlines.into_iter().filter(|outline| outline.corners.len() > 2).collect();
         let boxes: Vec<Aabb> =
             outlines.iter().map(|outline| Aabb::around(outline.corners.iter().copied())).collect();
         let tree = BoxTree::new(&boxes);
         Self { outlines, tree }
     }
 
-    /// All outlines, in the order of ids.
+    /// All outlines, in the order of ids (of the given order, if they were given).
     #[must_use]
     pub fn outlines(&self) -> &[Outline] {
         &self.outlines

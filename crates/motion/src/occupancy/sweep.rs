@@ -159,7 +159,8 @@ impl Sweep {
         &self.bounds
     }
 
-    /// The convex hull of the outline along a slice, without its growth; `buffers.hull` is overwritten.
+    /// The convex hull of the outline along a slice, without its growth. The buffers are overwritten; the hull is in the
+    /// second one.
     ///
     /// # Panics
     /// When the place is not below [`Self::len`].
@@ -205,6 +206,24 @@ pub fn slices_meet(
     let first = a.hull(a_at, a_outline, &mut buffers.first);
     let second = b.hull(b_at, b_outline, &mut buffers.second);
     convex_overlap_within(first, second, growth_m)
+}
+
+/// True when two placed outlines overlap or touch.
+#[must_use]
+pub fn placed_meet(
+    (a_outline, a): (&Outline, &PlanarPose),
+    (b_outline, b): (&Outline, &PlanarPose),
+    buffers: &mut HullBuffers,
+) -> bool {
+    if !a_outline.box_at(a).overlaps(&b_outline.box_at(b)) {
+        return false;
+    }
+    let (first, second) = (&mut buffers.first.0, &mut buffers.second.0);
+    first.clear();
+    second.clear();
+    a_outline.place(a, first);
+    b_outline.place(b, second);
+    convex_overlap_within(first, second, 0.0)
 }
 
 #[cfg(test)]

@@ -1,0 +1,569 @@
+//! Rejects candidates on which the vehicle would have to brake hard to avoid another road user.
+//!
+//! Two assessments. DRAC: for every object, its motion with constant curvature and each predicted path; if the
+//! vehicle passes a place shortly before or after the object, which braking still avoids that? RSS: objects on the
+//! swept path now; which braking stops behind them? A candidate is feasible while the worst risk is below DANGER.
+//!
+//! What the vehicle and the objects cover between two samples is part of the test (swept slices), so no contact is
+//! missed at any time resolution. What all candidates share, the objects' courses, is computed once per cycle.
+//! Needing a braking that is still comfortable is safe: this is no check for a collision-free plan. The only memory is
+//! of sensors: for how long the vehicle and each object have been standing. Source: the newest collision check of the
+//! TIER IV fork of Autoware, with its defects mended; see the filter's documentation.
+
+mod drac;
+mod ego;
+mod objects;
+mod passage;
+mod priority;
+mod rss;
+mod settings;
+mod stop_tracker;
+
+pub use drac::Method;
+
+use self::drac::{DracBuffers, EgoMotions, Evaluation, Outcome, Situation};
+use self::objects::{Object, Objects};
+use self::passage::Hit;
+use self::priority::PriorityMap;
+use self::settings::Settings;
+use self::stop_tracker::StopTracker;
+use super::{Filter, Scratch};
+use crate::candidate::Candidate;
+use crate::parameters::{CollisionCheckParameters, ValidatorParameters};
+use crate::scene::Scene;
+use crate::verdict::{Evidence, Failure, Judgement, Memo, Metric, RiskLevel};
+use messages::autoware_perception_msgs::PredictedObjects;
+use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
+use messages::nav_msgs::Odometry;
+use messages::unique_identifier_msgs::Uuid;
+use motion::occupancy::{
+    Bounds, BoxTracks, Deviation, HullBuffers, Outline, PlanarPose, Slice, Sweep, slices_meet,
+};
+use motion::{OrientedBox, VehicleInfo};
+use smallvec::smallvec;
+use std::borrow::Cow;
+use std::fmt;
+
+/// Name of the filter.
+pub const NAME: &str = "collision_check_filter";
+
+const PATH_METRIC: &str = "DRAC_map_based_predicted_path";
+const ARC_METRIC: &str = "DRAC_constant_curvature_path";
+const RSS_METRIC: &str = "RSS";
+
+/// Further apart in time \[s\] a candidate and the objects say nothing about each other.
+const MAX_STAMP_GAP_S: f64 = 5.0;
+/// The path is sampled in time up to here \[s\], or as far as objects are predicted; beyond, its own points do.
+const SAMPLED_PATH_S: f64 = 30.0;
+/// Steps in which the first contact inside a slice is looked for, before bisection.
+const CONTACT_STEPS: usize = 16;
+const BISECTIONS: usize = 12;
+
+/// What was found against a candidate, beyond the metrics.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CollisionMemo {
+    /// The worst finding.
+    pub cause: Option<CollisionCause>,
+    /// A case that was hit, but that the parameters switch off: nothing is known about it.
+    pub not_assessed: Option<Method>,
+    /// True if an object on the way has no predicted path, so that only its present motion was assessed.
+    pub without_predicted_path: bool,
+}
+
+/// Why a candidate carries a risk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CollisionCause {
+    /// It passes a place too shortly before or after an object.
+    Passage {
+        /// The case.
+        method: Method,
+        /// By how much the object passes later \[s\].
+        pet_s: f64,
+        /// Acceleration that avoids it \[m/s²\], minus infinity if none does.
+        required_mps2: f64,
+    },
+    /// An object on its path is too near.
+    Distance {
+        /// Acceleration that stops behind it \[m/s²\], minus infinity if none does.
+        required_mps2: f64,
+    },
+}
+
+impl fmt::Display for CollisionMemo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let needs = |f: &mut fmt::Formatter<'_>, required_mps2: f64| {
+            if required_mps2.is_finite() {
+                write!(f, "needs {required_mps2:.1} m/s2")
+            } else {
+                f.write_str("no braking avoids it")
+            }
+        };
+        match self.cause {
+            Some(CollisionCause::Passage { method, pet_s, required_mps2 }) => {
+                write!(f, "{method}, passages {:.1} s apart, ", pet_s.abs())?;
+                needs(f, required_mps2)?;
+            }
+            Some(CollisionCause::Distance { required_mps2 }) => {
+                f.write_str("on the path and too near, ")?;
+                needs(f, required_mps2)?;
+            }
+            None => f.write_str("no finding")?,
+        }
+        if let Some(method) = self.not_assessed {
+            write!(f, "; not assessed: {method}")?;
+        }
+        if self.without_predicted_path {
+            f.write_str("; no predicted path")?;
+        }
+        Ok(())
+    }
+}
+
+/// Buffers of the filter, reused from candidate to candidate.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    ego: EgoMotions,
+    drac: DracBuffers,
+    rss_sweep: Sweep,
+    hulls: HullBuffers,
+    contact: ContactBuffers,
+}
+
+#[derive(Debug, Default)]
+struct ContactBuffers {
+    boxes: Vec<OrientedBox>,
+    track: BoxTracks,
+}
+
+/// The filter with its settings, its memory of sensors and what it derived from the scene of this cycle.
+#[derive(Debug)]
+pub struct CollisionCheckFilter {
+    settings: Settings,
+    vehicle: VehicleInfo,
+    ego_stops: StopTracker,
+    object_stops: StopTracker,
+    objects: Objects,
+    priority: Option<PriorityMap>,
+    cycle: Result<Cycle, Cow<'static, str>>,
+}
+
+/// Numbers of a cycle.
+#[derive(Debug, Clone, Copy)]
+struct Cycle {
+    objects_ns: i64,
+    odometry_s: f64,
+    speed_mps: f64,
+}
+
+impl CollisionCheckFilter {
+    /// A filter for this vehicle.
+    #[must_use]
+    pub fn new(parameters: &CollisionCheckParameters, vehicle: &VehicleInfo) -> Self {
+        Self {
+            settings: Settings::new(parameters, vehicle),
+            vehicle: *vehicle,
+            ego_stops: StopTracker::default(),
+            object_stops: StopTracker::default(),
+            objects: Objects::default(),
+            priority: None,
+            cycle: Err(Cow::Borrowed(NO_ODOMETRY)),
+        }
+    }
+
+    fn observe_inputs(&mut self, scene: &Scene) -> Result<Cycle, Cow<'static, str>> {
+        // The trackers take what there is, also in cycles that cannot be assessed.
+        if let Some(odometry) = &scene.odometry {
+            let twist = &odometry.twist.twist.linear;
+            let seen = std::iter::once((Uuid::default(), [twist.x, twist.y]));
+            self.ego_stops.update(odometry.header.stamp.nanoseconds(), self.settings.ego_stop, seen);
+        }
+        if let Some(objects) = &scene.objects {
+            let seen = objects.objects.iter().map(|object| {
+                let twist = &object.kinematics.initial_twist_with_covariance.twist.linear;
+                (object.object_id, [twist.x, twist.y])
+            });
+            self.object_stops.update(objects.header.stamp.nanoseconds(), self.settings.object_stop, seen);
+        }
+        let odometry = scene.odometry.as_deref().ok_or(NO_ODOMETRY)?;
+        let objects = scene.objects.as_deref().ok_or(NO_OBJECTS)?;
+        let map = scene.map.as_ref().ok_or(NO_MAP)?;
+        check_frame(scene, objects)?;
+        if !self.priority.as_ref().is_some_and(|priority| priority.is_of(map)) {
+            self.priority = Some(PriorityMap::new(map));
+        }
+        self.objects.fill(objects, &self.settings).map_err(objects::ObjectDefect::text)?;
+        let ego_ns = self.ego_stops.standing_ns(&Uuid::default());
+        for object in &mut self.objects.objects {
+            object.mutual_standing_ns = ego_ns.min(self.object_stops.standing_ns(&object.id));
+        }
+        cycle_of(odometry, objects)
+    }
+}
+
+const NO_ODOMETRY: &str = "odometry is not available";
+const NO_OBJECTS: &str = "predicted objects are not available";
+const NO_MAP: &str = "lanelet map is not available";
+
+fn check_frame(scene: &Scene, objects: &PredictedObjects) -> Result<(), Cow<'static, str>> {
+    let frame = objects.header.frame_id.as_str();
+    match scene.frame_id() {
+        Some(map_frame) if !frame.is_empty() && frame != map_frame => {
+            Err(Cow::Owned(format!("predicted objects are in frame `{frame}`, the map is in `{map_frame}`")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn cycle_of(odometry: &Odometry, objects: &PredictedObjects) -> Result<Cycle, Cow<'static, str>> {
+    let speed_mps = odometry.twist.twist.linear.x;
+    if !speed_mps.is_finite() {
+        return Err(Cow::Borrowed("odometry holds a speed that is not finite"));
+    }
+    let objects_ns = objects.header.stamp.nanoseconds();
+    let odometry_s = (odometry.header.stamp.nanoseconds() - objects_ns) as f64 * 1e-9;
+    if odometry_s.abs() > MAX_STAMP_GAP_S {
+        return Err(Cow::Owned(format!(
+            "predicted objects and odometry are {:.1} s apart",
+            odometry_s.abs()
+        )));
+    }
+    Ok(Cycle { objects_ns, odometry_s, speed_mps })
+}
+
+/// The worst risk of one kind, and the smallest acceleration found.
+#[derive(Debug, Clone, Copy)]
+struct Tally {
+    risk: RiskLevel,
+    required_mps2: f64,
+    threshold: f64,
+    lacks_case: bool,
+}
+
+impl Tally {
+    const NONE: Self =
+        Self { risk: RiskLevel::Safe, required_mps2: 0.0, threshold: f64::NAN, lacks_case: false };
+
+    fn take(&mut self, risk: RiskLevel, required_mps2: f64, threshold: f64) {
+        if required_mps2 < self.required_mps2 || risk > self.risk {
+            self.threshold = threshold;
+        }
+        self.risk = self.risk.max(risk);
+        self.required_mps2 = self.required_mps2.min(required_mps2);
+    }
+
+    fn metric(&self, name: &'static str) -> Metric {
+        // A value is what was found; not-a-number says that nothing was found, but not everything was looked at.
+        let is_unknown = self.lacks_case && self.required_mps2 == 0.0 && self.risk == RiskLevel::Safe;
+        let value = if is_unknown { f64::NAN } else { self.required_mps2 };
+        Metric { name, value, threshold: self.threshold, risk: self.risk }
+    }
+}
+
+/// A finding with its place in time, so that the worst one can be shown.
+#[derive(Debug, Clone, Copy)]
+struct Finding {
+    risk: RiskLevel,
+    /// Time after the objects' stamp \[s\].
+    time_s: f64,
+    place: PlanarPose,
+    object: Uuid,
+    cause: CollisionCause,
+}
+
+impl Finding {
+    /// Worse, or as bad and earlier; ties by object, so that the order of objects does not matter.
+    fn comes_before(&self, other: &Self) -> bool {
+        (other.risk.cmp(&self.risk))
+            .then(self.time_s.total_cmp(&other.time_s))
+            .then(self.object.cmp(&other.object))
+            .is_lt()
+    }
+}
+
+/// All that was found about a candidate.
+#[derive(Debug)]
+struct Findings {
+    path: Tally,
+    arc: Tally,
+    rss: Tally,
+    worst: Option<Finding>,
+    memo: CollisionMemo,
+}
+
+impl Findings {
+    fn show(&mut self, finding: Finding) {
+        if finding.risk > RiskLevel::Safe
+            && self.worst.as_ref().is_none_or(|worst| finding.comes_before(worst))
+        {
+            self.worst = Some(finding);
+        }
+    }
+}
+
+impl Filter for CollisionCheckFilter {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn configure(&mut self, parameters: &ValidatorParameters) {
+        self.settings = Settings::new(&parameters.collision_check, &self.vehicle);
+        // What was observed with the old settings must not meet the new ones.
+        self.cycle = Err(Cow::Borrowed("parameters changed after the scene was observed"));
+    }
+
+    fn observe(&mut self, scene: &Scene) {
+        self.cycle = Err(Cow::Borrowed("the scene could not be observed"));
+        self.cycle = self.observe_inputs(scene);
+    }
+
+    fn judge(&self, _scene: &Scene, candidate: &Candidate, scratch: &mut Scratch) -> Judgement {
+        let cycle = match &self.cycle {
+            Ok(cycle) => cycle,
+            Err(why) => return Judgement::not_assessed(why.clone()),
+        };
+        let Some(priority) = &self.priority else { return Judgement::not_assessed(NO_MAP) };
+        let stamp_ns = candidate.message.header.stamp.nanoseconds();
+        let offset_s = (stamp_ns - cycle.objects_ns) as f64 * 1e-9;
+        if offset_s.abs() > MAX_STAMP_GAP_S {
+            return Judgement::not_assessed("candidate and predicted objects are too far apart in time");
+        }
+        let work = &mut scratch.collision_check;
+        work.ego.path.fill(candidate, offset_s);
+        work.ego.restart(&self.settings, SAMPLED_PATH_S.max(self.objects.horizon_s));
+        let command = candidate.message.turn_indicators_command.command;
+        let situation = Situation {
+            settings: &self.settings,
+            objects: &self.objects,
+            priority,
+            odometry_s: cycle.odometry_s,
+            indicators_are_off: command == TurnIndicatorsCommand::DISABLE,
+        };
+        let mut findings = Findings {
+            path: Tally::NONE,
+            arc: Tally::NONE,
+            rss: Tally::NONE,
+            worst: None,
+            memo: CollisionMemo::default(),
+        };
+        for object in self.objects.objects.iter().filter(|object| object.uses_drac) {
+            self.assess_passages(&situation, object, work, &mut findings);
+        }
+        self.assess_distances(cycle, candidate, work, &mut findings);
+        judgement(candidate, offset_s, &findings)
+    }
+
+    fn explain(&self, judgement: &Judgement) -> Option<String> {
+        let (Memo::CollisionCheck(memo), Some(at), false) =
+            (&judgement.memo, &judgement.evidence, judgement.feasible)
+        else {
+            return crate::verdict::explain(judgement);
+        };
+        let object = at.object_id.unwrap_or_default();
+        Some(format!("object {object} at ({:.1}, {:.1}) after {:.1} s: {memo}", at.x_m, at.y_m, at.time_s))
+    }
+}
+
+impl CollisionCheckFilter {
+    fn assess_passages(
+        &self,
+        situation: &Situation<'_>,
+        object: &Object,
+        work: &mut Workspace,
+        findings: &mut Findings,
+    ) {
+        let of_class = self.settings.class(object.class);
+        let lifts_path_findings =
+            of_class.arbitration_wait_ns.is_some_and(|wait_ns| object.mutual_standing_ns > wait_ns);
+        for course in &self.objects.courses[object.courses.clone()] {
+            let evaluation = match situation.assess(object, course, &mut work.ego, &mut work.drac) {
+                Outcome::Clear => continue,
+                Outcome::NotAssessed(method) => {
+                    let tally = if method.is_map_based() { &mut findings.path } else { &mut findings.arc };
+                    tally.lacks_case = true;
+                    // The lowest one, whatever the order of objects.
+                    let known = findings.memo.not_assessed;
+                    findings.memo.not_assessed = Some(known.map_or(method, |known| known.min(method)));
+                    continue;
+                }
+                Outcome::Evaluated(evaluation) => evaluation,
+            };
+            findings.memo.without_predicted_path |= !object.has_predicted_path;
+            if evaluation.method.is_map_based() && lifts_path_findings {
+                continue;
+            }
+            let tally = if evaluation.method.is_map_based() { &mut findings.path } else { &mut findings.arc };
+            tally.take(evaluation.risk, evaluation.required_mps2, evaluation.safe_mps2);
+            if evaluation.risk > RiskLevel::Safe {
+                let object_slices = course.slices.start;
+                findings.show(self.passage_finding(object, object_slices, &evaluation, work));
+            }
+        }
+    }
+
+    fn passage_finding(
+        &self,
+        object: &Object,
+        first_slice: usize,
+        evaluation: &Evaluation,
+        work: &mut Workspace,
+    ) -> Finding {
+        let Hit { ego, object: object_slice } = evaluation.passages.first;
+        let place = self.settings.class(object.class).ego_outline;
+        let ego_slice = work.ego.planned_sweep(place).slice(ego);
+        let object_slice = self.objects.sweep.slice(first_slice + object_slice);
+        let bodies = [(&self.settings.ego_outlines[place], ego_slice), (&object.outline, object_slice)];
+        let ratio = first_contact(bodies, &mut work.contact).unwrap_or(0.0);
+        let resolution_s = self.settings.resolution_s;
+        Finding {
+            risk: evaluation.risk,
+            time_s: (ego as f64 + ratio) * resolution_s,
+            place: ego_slice.start.between(&ego_slice.end, ratio),
+            object: object.id,
+            cause: CollisionCause::Passage {
+                method: evaluation.method,
+                pet_s: evaluation.passages.first.pet_ticks() as f64 * resolution_s,
+                required_mps2: evaluation.required_mps2,
+            },
+        }
+    }
+
+    fn assess_distances(
+        &self,
+        cycle: &Cycle,
+        candidate: &Candidate,
+        work: &mut Workspace,
+        findings: &mut Findings,
+    ) {
+        // Standing still or reversing needs no braking towards anything ahead.
+        if cycle.speed_mps <= 0.0 || !self.objects.objects.iter().any(|object| object.uses_rss) {
+            return;
+        }
+        let outline = &self.settings.rss_outline;
+        let sampled = self.sweep_path(outline, work);
+        let bounds = work.rss_sweep.bounds().around(0..work.rss_sweep.len());
+        for (place, object) in self.objects.objects.iter().enumerate().filter(|(_, object)| object.uses_rss) {
+            let Some(slice) = self.first_touch(place, object, &bounds, work) else { continue };
+            let (distance_m, time_s) = if slice < sampled {
+                let time_s = slice.saturating_sub(1) as f64 * self.settings.resolution_s;
+                (work.ego.planned.distances_m[slice], time_s)
+            } else {
+                // The start of a long slice between two points of the candidate.
+                work.ego.path.distance_and_time(self.first_tail_point(work) + slice - sampled)
+            };
+            let of_class = &self.settings.class(object.class).rss;
+            let object_mps = rss::longitudinal_velocity_mps(candidate, object);
+            let required_mps2 =
+                rss::required_acceleration_mps2(cycle.speed_mps, distance_m, object_mps, of_class);
+            let is_dangerous = required_mps2 < of_class.error_acceleration_mps2;
+            let risk = if is_dangerous { RiskLevel::Danger } else { RiskLevel::Safe };
+            findings.rss.take(risk, required_mps2, of_class.error_acceleration_mps2);
+            findings.show(Finding {
+                risk,
+                time_s,
+                place: work.rss_sweep.slice(slice).start,
+                object: object.id,
+                cause: CollisionCause::Distance { required_mps2 },
+            });
+        }
+    }
+
+    /// Sweeps the whole path: first the first sample alone, then from sample to sample, then from point to point
+    /// where the samples end before the candidate does. Gives the number of sampled slices.
+    fn sweep_path(&self, outline: &Outline, work: &mut Workspace) -> usize {
+        let sweep = &mut work.rss_sweep;
+        let planned = &work.ego.planned;
+        sweep.clear();
+        let first = planned.poses[0];
+        sweep.push(outline, first, first, &Deviation::default());
+        planned.append_slices(outline, sweep);
+        let sampled = sweep.len();
+        let tail = self.first_tail_point(work);
+        let poses = work.ego.path.poses();
+        for pair in poses.get(tail..).unwrap_or_default().windows(2) {
+            work.rss_sweep.push(outline, pair[0], pair[1], &Deviation::default());
+        }
+        sampled
+    }
+
+    /// Index of the last point of the candidate that the samples reach; beyond the end if they reach them all.
+    fn first_tail_point(&self, work: &Workspace) -> usize {
+        let sampled_s = (work.ego.planned.poses.len() - 1) as f64 * self.settings.resolution_s;
+        work.ego.path.last_point_at(sampled_s)
+    }
+
+    fn first_touch(
+        &self,
+        place: usize,
+        object: &Object,
+        bounds: &Bounds,
+        work: &mut Workspace,
+    ) -> Option<usize> {
+        let standing = &self.objects.standing;
+        if !standing.bounds().get(place).meets(bounds) {
+            return None;
+        }
+        let (outline, sweep, hulls) = (&self.settings.rss_outline, &work.rss_sweep, &mut work.hulls);
+        (0..sweep.len())
+            .find(|&slice| slices_meet((outline, sweep, slice), (&object.outline, standing, place), hulls))
+    }
+}
+
+fn judgement(candidate: &Candidate, offset_s: f64, findings: &Findings) -> Judgement {
+    let metrics = smallvec![
+        findings.path.metric(PATH_METRIC),
+        findings.arc.metric(ARC_METRIC),
+        findings.rss.metric(RSS_METRIC),
+    ];
+    let risk = findings.path.risk.max(findings.arc.risk).max(findings.rss.risk);
+    let mut memo = findings.memo;
+    memo.cause = findings.worst.map(|worst| worst.cause);
+    Judgement {
+        feasible: risk < RiskLevel::Danger,
+        failure: None::<Failure>,
+        metrics,
+        evidence: findings.worst.map(|worst| evidence(candidate, worst.time_s - offset_s, &worst)),
+        memo: Memo::CollisionCheck(memo),
+    }
+}
+
+fn evidence(candidate: &Candidate, time_s: f64, finding: &Finding) -> Evidence {
+    let points = &candidate.points;
+    let after = points.partition_point(|point| point.time_from_start.seconds() <= time_s);
+    Evidence {
+        time_s,
+        x_m: finding.place.position.x,
+        y_m: finding.place.position.y,
+        object_id: Some(finding.object),
+        ..Evidence::at(candidate, after.saturating_sub(1))
+    }
+}
+
+/// The part of both slices after which the two bodies first touch, if they are exactly in step. `None` if they do
+/// not: the slices meet, the bodies at equal times perhaps do not.
+fn first_contact(bodies: [(&Outline, &Slice); 2], buffers: &mut ContactBuffers) -> Option<f64> {
+    let box_at = |body: usize, ratio: f64| {
+        let (outline, slice) = bodies[body];
+        outline.box_at(&slice.start.between(&slice.end, ratio))
+    };
+    let ratio_of = |step: usize| step as f64 / CONTACT_STEPS as f64;
+    buffers.boxes.clear();
+    buffers.boxes.extend((0..=CONTACT_STEPS).map(|step| box_at(0, ratio_of(step))));
+    buffers.track.reset(1, CONTACT_STEPS + 1);
+    for step in 0..=CONTACT_STEPS {
+        buffers.track.set(0, step, &box_at(1, ratio_of(step)));
+    }
+    let step = buffers.track.first_collision(&buffers.boxes)?.step;
+    if step == 0 {
+        return Some(0.0);
+    }
+    let (mut apart, mut touching) = (ratio_of(step - 1), ratio_of(step));
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (apart + touching);
+        if box_at(0, middle).overlaps(&box_at(1, middle)) {
+            touching = middle;
+        } else {
+            apart = middle;
+        }
+    }
+    Some(touching)
+}

@@ -1,0 +1,221 @@
+//! Where the vehicle is over time when it follows a candidate, as planned or braking.
+//!
+//! Times are seconds after the stamp of the objects. As planned the vehicle is where the candidate says; before the
+//! first point it is at the first pose. When it brakes it keeps to the path and comes to a standstill on it.
+
+use crate::candidate::Candidate;
+use motion::occupancy::{Deviation, Outline, PlanarPose, Sweep};
+
+/// Slower than this \[m/s\] at its last point a candidate ends standing.
+const STANDSTILL_MPS: f64 = 0.01;
+/// Points of a candidate closer in time or distance than this are not interpolated between (s or m).
+const INTERPOLATION_GAP: f64 = 1e-6;
+
+/// The points of a candidate, column by column.
+#[derive(Debug, Default)]
+pub(super) struct EgoPath {
+    times_s: Vec<f64>,
+    distances_m: Vec<f64>,
+    speeds_mps: Vec<f64>,
+    poses: Vec<PlanarPose>,
+}
+
+/// A place on a path.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    pose: PlanarPose,
+    distance_m: f64,
+    speed_mps: f64,
+    /// Index of the first path point that is not before the place.
+    next: usize,
+}
+
+impl EgoPath {
+    /// Takes the points of a candidate, whose times are shifted by `offset_s`.
+    pub(super) fn fill(&mut self, candidate: &Candidate, offset_s: f64) {
+        self.times_s.clear();
+        self.distances_m.clear();
+        self.speeds_mps.clear();
+        self.poses.clear();
+        let mut distance_m = 0.0;
+        for point in &*candidate.points {
+            let pose = PlanarPose::from(&point.pose);
+            if let Some(previous) = self.poses.last() {
+                distance_m += (pose.position - previous.position).norm();
+            }
+            self.times_s.push(point.time_from_start.seconds() + offset_s);
+            self.distances_m.push(distance_m);
+            self.speeds_mps.push(f64::from(point.longitudinal_velocity_mps));
+            self.poses.push(pose);
+        }
+    }
+
+    pub(super) fn end_time_s(&self) -> f64 {
+        self.times_s[self.last()]
+    }
+
+    /// Index of the last point not after a time; past the end if that is all of them.
+    pub(super) fn last_point_at(&self, time_s: f64) -> usize {
+        let after = self.times_s.partition_point(|&at| at <= time_s);
+        if after == self.times_s.len() { after } else { after.saturating_sub(1) }
+    }
+
+    pub(super) fn distance_and_time(&self, point: usize) -> (f64, f64) {
+        (self.distances_m[point], self.times_s[point])
+    }
+
+    pub(super) fn poses(&self) -> &[PlanarPose] {
+        &self.poses
+    }
+
+    fn last(&self) -> usize {
+        self.poses.len() - 1
+    }
+
+    fn point(&self, at: usize, next: usize) -> Place {
+        Place { pose: self.poses[at], distance_m: self.distances_m[at], speed_mps: self.speeds_mps[at], next }
+    }
+
+    /// Between the points `next - 1` and `next`.
+    fn between(&self, next: usize, ratio: f64) -> Place {
+        let lerp = |column: &[f64]| column[next - 1] + (column[next] - column[next - 1]) * ratio;
+        Place {
+            pose: self.poses[next - 1].between(&self.poses[next], ratio),
+            distance_m: lerp(&self.distances_m),
+            speed_mps: lerp(&self.speeds_mps),
+            next,
+        }
+    }
+
+    /// Where the candidate is at a time. `cursor` speeds up rising times; start it at 0. Beyond the end it goes
+    /// on along the last heading for at most `tail_s`, unless it ends standing.
+    fn at_time(&self, time_s: f64, tail_s: f64, cursor: &mut usize) -> Place {
+        let last = self.last();
+        if time_s <= self.times_s[0] {
+            return self.point(0, 0);
+        }
+        if time_s > self.times_s[last] {
+            let end = self.point(last, last + 1);
+            if end.speed_mps.abs() <= STANDSTILL_MPS {
+                return end;
+            }
+            let beyond_s = (time_s - self.times_s[last]).min(tail_s);
+            return Place {
+                pose: end.pose.ahead(end.speed_mps * beyond_s),
+                distance_m: end.distance_m + end.speed_mps.abs() * beyond_s,
+                ..end
+            };
+        }
+        while self.times_s[*cursor] < time_s {
+            *cursor += 1;
+        }
+        self.between(*cursor, ratio(&self.times_s, *cursor, time_s))
+    }
+
+    /// Where the path is at a distance, clamped to its ends.
+    fn at_distance(&self, distance_m: f64) -> Place {
+        let last = self.last();
+        if distance_m <= 0.0 {
+            return self.point(0, 0);
+        }
+        if distance_m >= self.distances_m[last] {
+            return self.point(last, last + 1);
+        }
+        let next = self.distances_m.partition_point(|&at| at < distance_m);
+        self.between(next, ratio(&self.distances_m, next, distance_m))
+    }
+}
+
+fn ratio(column: &[f64], next: usize, value: f64) -> f64 {
+    let gap = column[next] - column[next - 1];
+    if gap > INTERPOLATION_GAP { (value - column[next - 1]) / gap } else { 0.0 }
+}
+
+/// Braking from some time on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Braking {
+    /// When it sets in \[s\].
+    pub(super) start_s: f64,
+    /// Acceleration \[m/s²\], negative.
+    pub(super) acceleration_mps2: f64,
+}
+
+/// Samples of the vehicle's motion at the multiples of the resolution.
+#[derive(Debug, Default)]
+pub(super) struct EgoMotion {
+    pub(super) poses: Vec<PlanarPose>,
+    /// Distance along the path from its first point \[m\].
+    pub(super) distances_m: Vec<f64>,
+    /// How the motion strays from the straight line to the next sample; none for the last sample.
+    deviations: Vec<Deviation>,
+}
+
+impl EgoMotion {
+    /// Samples the motion from time 0 until it ended, and one sample more; not beyond `horizon_s`.
+    pub(super) fn sample(
+        &mut self,
+        path: &EgoPath,
+        braking: Option<Braking>,
+        resolution_s: f64,
+        horizon_s: f64,
+    ) {
+        self.poses.clear();
+        self.distances_m.clear();
+        self.deviations.clear();
+        let plan = braking.map(|braking| {
+            let start = path.at_time(braking.start_s, resolution_s, &mut 0);
+            // In reverse gear the speed is negative, and the vehicle brakes all the same.
+            let speed_mps = start.speed_mps.abs();
+            (braking, start.distance_m, speed_mps, speed_mps / -braking.acceleration_mps2)
+        });
+        let end_s = plan.map_or(f64::NEG_INFINITY, |(braking, _, _, stop_s)| braking.start_s + stop_s);
+        let end_s = end_s.max(path.end_time_s());
+        let (mut cursor, mut previous): (usize, Option<Place>) = (0, None);
+        for tick in 0_u32.. {
+            let time_s = f64::from(tick) * resolution_s;
+            let place = match plan {
+                Some((braking, start_m, speed_mps, stop_s)) if time_s > braking.start_s => {
+                    let since_s = (time_s - braking.start_s).min(stop_s);
+                    let braked_m = (speed_mps + 0.5 * braking.acceleration_mps2 * since_s) * since_s;
+                    path.at_distance(start_m + braked_m)
+                }
+                _ => path.at_time(time_s, resolution_s, &mut cursor),
+            };
+            if let Some(previous) = previous {
+                self.deviations.push(deviation(path, &previous, &place));
+            }
+            self.poses.push(place.pose);
+            self.distances_m.push(place.distance_m);
+            previous = Some(place);
+            if time_s > end_s || time_s > horizon_s {
+                break;
+            }
+        }
+    }
+
+    /// Appends what the vehicle covers from each sample to the next.
+    pub(super) fn append_slices(&self, outline: &Outline, sweep: &mut Sweep) {
+        for (pair, deviation) in self.poses.windows(2).zip(&self.deviations) {
+            sweep.push(outline, pair[0], pair[1], deviation);
+        }
+    }
+
+    /// Writes what the vehicle covers from each sample to the next; the last slice is the last sample alone.
+    pub(super) fn sweep(&self, outline: &Outline, sweep: &mut Sweep) {
+        sweep.clear();
+        self.append_slices(outline, sweep);
+        if let Some(&last) = self.poses.last() {
+            sweep.push(outline, last, last, &Deviation::default());
+        }
+    }
+}
+
+/// How the path between two places strays from the straight line.
+fn deviation(path: &EgoPath, from: &Place, to: &Place) -> Deviation {
+    let mut deviation = Deviation::default();
+    // A braking motion may fall back behind points that it passed at the same distance.
+    for via in path.poses.iter().take(to.next).skip(from.next) {
+        deviation.pass(&from.pose, &to.pose, via);
+    }
+    deviation
+}
