@@ -219,3 +219,120 @@ fn deviation(path: &EgoPath, from: &Place, to: &Place) -> Deviation {
     }
     deviation
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scene::{candidate_of, straight};
+    use motion::occupancy::slices_meet;
+    use motion::{Pose, TimeFromStart};
+
+    fn path(points: usize, speed_mps: f32, offset_s: f64) -> EgoPath {
+        let mut path = EgoPath::default();
+        path.fill(&candidate_of(straight(points, speed_mps)), offset_s);
+        path
+    }
+
+    fn sampled(path: &EgoPath, braking: Option<Braking>) -> EgoMotion {
+        let mut motion = EgoMotion::default();
+        motion.sample(path, braking, 0.1, 30.0);
+        motion
+    }
+
+    fn close(a: f64, b: f64) {
+        assert!((a - b).abs() < 1e-9, "{a} instead of {b}");
+    }
+
+    #[test]
+    fn as_planned_the_first_pose_holds_before_and_one_sample_goes_beyond() {
+        // Points at 0.25 .. 1.25 s, speed 10: one sample after the end, extrapolated by 0.05 s.
+        let motion = sampled(&path(11, 10.0, 0.25), None);
+        let xs: Vec<f64> = motion.poses.iter().map(|pose| pose.position.x).collect();
+        assert_eq!(xs.len(), 14);
+        assert_eq!(xs[..3], [0.0, 0.0, 0.0]);
+        close(xs[3], 0.5);
+        close(xs[13], 10.5);
+        close(motion.distances_m[13], 10.5);
+    }
+
+    #[test]
+    fn a_candidate_that_ends_standing_stays() {
+        let mut points = straight(11, 10.0);
+        points[10].longitudinal_velocity_mps = 0.01;
+        let mut path = EgoPath::default();
+        path.fill(&candidate_of(points), 0.05);
+        let motion = sampled(&path, None);
+        close(motion.poses.last().unwrap().position.x, 10.0);
+    }
+
+    #[test]
+    fn braking_stops_and_stays() {
+        let path = path(101, 10.0, 0.0);
+        let braking = Braking { start_s: 0.5, acceleration_mps2: -4.0 };
+        let motion = sampled(&path, Some(braking));
+        for (tick, distance_m) in motion.distances_m.iter().enumerate() {
+            let since = (0.1 * tick as f64 - 0.5).clamp(0.0, 2.5);
+            let planned = 10.0 * (0.1 * tick as f64).min(0.5);
+            close(*distance_m, planned + 10.0 * since - 2.0 * since * since);
+        }
+        close(*motion.distances_m.last().unwrap(), 17.5);
+        assert!(motion.distances_m.is_sorted(), "never runs back along the path");
+        // Exactly at the start of braking the vehicle is where it is, not at the start of the path.
+        close(motion.distances_m[5], 5.0);
+    }
+
+    #[test]
+    fn braking_in_reverse_takes_its_time_too() {
+        let mut points = straight(51, 5.0);
+        for point in &mut points {
+            point.longitudinal_velocity_mps = -5.0;
+        }
+        let mut path = EgoPath::default();
+        path.fill(&candidate_of(points), 0.0);
+        let motion = sampled(&path, Some(Braking { start_s: 0.0, acceleration_mps2: -2.5 }));
+        close(*motion.distances_m.last().unwrap(), 5.0);
+    }
+
+    #[test]
+    fn braking_distances_keep_to_the_path() {
+        let path = path(6, 10.0, 0.0);
+        let motion = sampled(&path, Some(Braking { start_s: 0.0, acceleration_mps2: -1.0 }));
+        close(motion.poses.last().unwrap().position.x, 5.0);
+        assert!(motion.distances_m.iter().all(|&distance| distance <= 5.0));
+    }
+
+    #[test]
+    fn a_bend_between_two_samples_is_covered() {
+        // A detour of 3 m to the left and back within one sample.
+        let at = |ms: i64, x: f64, y: f64| motion::TrajectoryPoint {
+            time_from_start: TimeFromStart::from_nanos(ms * 1_000_000),
+            pose: Pose::from_xy_yaw(x, y, 0.0),
+            longitudinal_velocity_mps: 10.0,
+            ..motion::TrajectoryPoint::default()
+        };
+        let points =
+            vec![at(0, 0.0, 0.0), at(20, 1.0, 0.0), at(50, 2.0, 3.0), at(80, 3.0, 0.0), at(300, 9.0, 0.0)];
+        let mut path = EgoPath::default();
+        path.fill(&candidate_of(points), 0.0);
+        let motion = sampled(&path, None);
+        let (car, post) = (Outline::rectangle(1.0, 1.0, 0.5, 0.5), Outline::rectangle(0.1, 0.1, 0.1, 0.1));
+        let (mut sweep, mut standing) = (Sweep::default(), Sweep::default());
+        motion.sweep(&car, &mut sweep);
+        let place = PlanarPose::new(2.0, 3.2, 0.0);
+        standing.push(&post, place, place, &Deviation::default());
+        assert!(slices_meet(
+            (&car, &sweep, 0),
+            (&post, &standing, 0),
+            &mut motion::occupancy::HullBuffers::default()
+        ));
+    }
+
+    #[test]
+    fn the_horizon_bounds_the_number_of_samples() {
+        let mut points = straight(2, 1.0);
+        points[1].time_from_start = TimeFromStart::from_parts(i32::MAX, 0);
+        let mut path = EgoPath::default();
+        path.fill(&candidate_of(points), 0.0);
+        assert!(sampled(&path, None).poses.len() < 310);
+    }
+}
