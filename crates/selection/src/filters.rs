@@ -3,6 +3,7 @@
 pub mod boundary_departure;
 pub mod collision_check;
 pub mod crosswalk;
+pub mod out_of_lane;
 pub mod traffic_light;
 pub mod vehicle_constraint;
 
@@ -64,6 +65,8 @@ pub struct Scratch {
     pub boundary_departure: boundary_departure::Buffer,
     /// Motions of the vehicle and searches of the collision check.
     pub collision_check: collision_check::Workspace,
+    /// Outlines and pieces of the out-of-lane check.
+    pub out_of_lane: out_of_lane::Workspace,
 }
 
 /// A kind of filter that can be loaded by name.
@@ -108,6 +111,13 @@ pub const CLASSES: &[FilterClass] = &[
                 parameters.crosswalk.clone(),
                 vehicle.max_longitudinal_offset_m(),
             ))
+        },
+    },
+    FilterClass {
+        class_name: "safety::OutOfLaneFilter",
+        short_name: out_of_lane::NAME,
+        make: |parameters, vehicle| {
+            Box::new(out_of_lane::OutOfLaneFilter::new(parameters.out_of_lane.clone(), vehicle))
         },
     },
     FilterClass {

@@ -145,6 +145,8 @@ pub enum Memo {
     BoundaryDeparture(Hysteresis),
     /// What the collision check found beyond its metrics. Nothing is folded; it explains the judgement.
     CollisionCheck(crate::filters::collision_check::CollisionMemo),
+    /// Where the out-of-lane check found the candidate to begin. Nothing is folded; it explains the judgement.
+    OutOfLane(crate::filters::out_of_lane::OutOfLaneMemo),
 }
 
 /// What one filter says about one candidate.
