@@ -38,7 +38,7 @@ impl EgoPath {
         self.speeds_mps.clear();
         self.poses.clear();
         let mut distance_m = 0.0;
-        for point in &*candidate.points {
+        for point in candidate.points.iter() {
             let pose = PlanarPose::from(&point.pose);
             if let Some(previous) = self.poses.last() {
                 distance_m += (pose.position - previous.position).norm();
