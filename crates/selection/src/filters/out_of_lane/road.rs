@@ -21,7 +21,7 @@ const EXCESS_M: f64 = 1e-7;
 /// How far beside a shared edge \[m\] there must be road on both sides.
 const BESIDE_M: f64 = 1e-4;
 /// Most steps of the search for the farthest point of one piece.
-const MAX_STEPS: usize = 4096;
+const MAX_STEPS: usize = 1024;
 
 /// Something sticks out of the road.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +53,8 @@ pub(super) struct RoadBuffers {
     open: Vec<(f64, f64)>,
     /// Lanelets that can be nearest to a point of the outline.
     near: Vec<usize>,
+    /// Borders that can be nearest to a point of the outline.
+    near_borders: Vec<u32>,
 }
 
 impl Road {
@@ -135,6 +137,10 @@ impl Road {
         let reach = bounds.grown(corner_m + (bounds.max - bounds.min).norm());
         buffers.near.clear();
         buffers.near.extend(all.filter(|&place| self.bounds.get(place).meets(&reach)));
+        let within = |border: &Segment| around([border.start, border.end].into_iter()).meets(&reach);
+        let places = (0_u32..).zip(&self.borders);
+        buffers.near_borders.clear();
+        buffers.near_borders.extend(places.filter(|(_, border)| within(border)).map(|(place, _)| place));
     }
 
     /// Finds the parts of a side, as ratios, that no lanelet holds.
@@ -183,17 +189,6 @@ impl Road {
         edges(&self.lanelets.outlines()[place].corners)
     }
 
-    /// Distance of a point from the road: 0 on it.
-    fn distance(&self, point: Point2, near: &[usize]) -> f64 {
-        let mut nearest_m = f64::INFINITY;
-        for &place in near {
-            if distance_from(&self.bounds.get(place), point) < nearest_m {
-                nearest_m = nearest_m.min(self.distance_from_lanelet(place, point));
-            }
-        }
-        nearest_m
-    }
-
     fn distance_from_lanelet(&self, place: usize, point: Point2) -> f64 {
         if self.lanelet_holds(place, point) {
             return 0.0;
@@ -210,29 +205,39 @@ impl Road {
         Some(self.lanelets.outlines()[nearest.1].id)
     }
 
-    /// The point of a piece of a side that is farthest from the road. The distance changes by no more than one goes
-    /// along the side, which bounds it on both sides of every point looked at.
+    /// The point of a piece of a side that is farthest from the road. No lanelet holds any of the piece, so the road is
+    /// as near as the nearest border. The distance from one border is convex along the piece: between two points it is
+    /// at most the larger one of theirs, and the road is no farther than the border for which that is least.
     fn farthest(&self, side: &Segment, from: f64, to: f64, buffers: &mut RoadBuffers) -> (f64, Point2) {
-        let RoadBuffers { open, near, .. } = buffers;
-        let length_m = side.length();
-        let mut best = (0.0, side.start + side.vector() * from);
+        let RoadBuffers { open, near_borders, .. } = buffers;
+        let place = |ratio: f64| side.start + side.vector() * ratio;
+        let borders = || near_borders.iter().map(|&border| &self.borders[border as usize]);
+        let mut best = (0.0, place(from));
         let mut look = |ratio: f64| {
-            let point = side.start + side.vector() * ratio;
-            let distance_m = self.distance(point, near);
-            if distance_m > best.0 {
-                best = (distance_m, point);
+            let point = place(ratio);
+            let squared =
+                borders().map(|border| border.squared_distance_to_point(point)).fold(f64::INFINITY, f64::min);
+            if squared.sqrt() > best.0 {
+                best = (squared.sqrt(), point);
             }
-            (distance_m, best.0)
+            best.0
         };
         look(from);
-        look(to);
+        let mut best_m = look(to);
         open.clear();
         open.push((from, to));
         for _ in 0..MAX_STEPS {
             let Some((from, to)) = open.pop() else { break };
-            let middle = 0.5 * (from + to);
-            let (distance_m, best_m) = look(middle);
-            if distance_m + 0.5 * (to - from) * length_m > best_m + EXCESS_M {
+            let (start, end) = (place(from), place(to));
+            let at_most = borders()
+                .map(|border| {
+                    border.squared_distance_to_point(start).max(border.squared_distance_to_point(end))
+                })
+                .fold(f64::INFINITY, f64::min)
+                .sqrt();
+            if at_most > best_m + EXCESS_M {
+                let middle = 0.5 * (from + to);
+                best_m = look(middle);
                 open.extend([(from, middle), (middle, to)]);
             }
         }
