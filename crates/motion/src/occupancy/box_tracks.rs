@@ -1,12 +1,17 @@
 //! Many moving boxes at common time steps, and the first of them that a row of boxes meets.
 
-use crate::geometry::{OrientedBox, Point2, Vector2};
+use super::bounds::Bounds;
+use crate::geometry::{OrientedBox, Point2};
 
-/// Boxes are tested in groups of this many, so that the loop over a group becomes vector instructions.
-const LANES: usize = 4;
+/// Steps that a box around the motion of a track spans: long enough to save tests, short enough to stay near the track.
+const CHUNK: usize = 5;
+/// Tracks whose nearness fits into one word.
+const WORD: usize = u64::BITS as usize;
+/// Slack of the circle test \[m\]: a rounded root must not dismiss boxes that touch at a corner.
+const GRAIN_M: f64 = 1e-9;
 
 /// The first step at which two boxes touch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BoxCollision {
     /// Time step.
     pub step: usize,
@@ -19,45 +24,55 @@ pub struct BoxCollision {
 pub struct BoxTracks {
     steps: usize,
     tracks: usize,
-    /// Tracks rounded up to whole groups of lanes; what is beyond [`Self::tracks`] is infinitely far away.
-    stride: usize,
-    // Step by step, then track by track.
-    x: Vec<f64>,
-    y: Vec<f64>,
-    axis: Vec<Vector2>,
-    // Track by track.
-    radius_m: Vec<f64>,
-    half_length_m: Vec<f64>,
-    half_width_m: Vec<f64>,
+    /// Chunk by chunk, then track by track, then step by step: the loops run in this order, because what happens at one
+    /// step nearly always happens at the next, and a processor guesses it right. The last chunk is full length.
+    boxes: Vec<OrientedBox>,
+    /// Chunk by chunk, then track by track: where a track is during the steps of a chunk.
+    chunks: Vec<Bounds>,
+    radii_m: Vec<f64>,
 }
+
+/// Everywhere: meets everything.
+const EVERYWHERE: Bounds = Bounds {
+    min: Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    max: Point2::new(f64::INFINITY, f64::INFINITY),
+};
 
 impl BoxTracks {
     /// Room for `tracks` boxes over `steps` time steps, all of them nowhere yet. Memory is reused.
     pub fn reset(&mut self, tracks: usize, steps: usize) {
         (self.tracks, self.steps) = (tracks, steps);
-        self.stride = tracks.next_multiple_of(LANES);
-        for column in [&mut self.x, &mut self.y] {
-            column.clear();
-            column.resize(self.stride * steps, f64::INFINITY);
-        }
-        self.axis.clear();
-        self.axis.resize(self.stride * steps, Vector2::new(1.0, 0.0));
-        for column in [&mut self.radius_m, &mut self.half_length_m, &mut self.half_width_m] {
-            column.clear();
-            column.resize(self.stride, 0.0);
-        }
+        let nowhere = OrientedBox {
+            center: Point2::new(f64::INFINITY, f64::INFINITY),
+            axis: nalgebra::Vector2::new(1.0, 0.0),
+            half_length_m: 0.0,
+            half_width_m: 0.0,
+        };
+        self.boxes.clear();
+        let chunks = tracks * steps.div_ceil(CHUNK);
+        self.boxes.resize(chunks * CHUNK, nowhere);
+        self.chunks.clear();
+        self.chunks.resize(chunks, Bounds::EMPTY);
+        self.radii_m.clear();
+        self.radii_m.resize(tracks, 0.0);
     }
 
-    /// Puts the box of a track at a step. The size is that of the track: the last one given holds for all steps.
+    /// Puts the box of a track at a step, once for each step. The size of a track may change from step to step.
     ///
     /// # Panics
     /// When the track or step is not below the numbers given to [`Self::reset`].
     pub fn set(&mut self, track: usize, step: usize, at: &OrientedBox) {
         assert!(track < self.tracks && step < self.steps, "track {track}, step {step}");
-        let place = step * self.stride + track;
-        (self.x[place], self.y[place], self.axis[place]) = (at.center.x, at.center.y, at.axis);
-        (self.half_length_m[track], self.half_width_m[track]) = (at.half_length_m, at.half_width_m);
-        self.radius_m[track] = at.half_length_m.hypot(at.half_width_m);
+        let chunk = step / CHUNK * self.tracks + track;
+        self.boxes[chunk * CHUNK + step % CHUNK] = *at;
+        let radius_m = at.half_length_m.hypot(at.half_width_m) + GRAIN_M;
+        // A track with a not-a-number is near everything: it must not be dismissed.
+        let radius_m = if radius_m.is_nan() { f64::INFINITY } else { radius_m };
+        self.radii_m[track] = self.radii_m[track].max(radius_m);
+        let is_known = at.center.x.is_finite() && at.center.y.is_finite();
+        let here = Bounds { min: at.center, max: at.center }.grown(radius_m);
+        let chunk = &mut self.chunks[chunk];
+        *chunk = if is_known { chunk.joined(&here) } else { EVERYWHERE };
     }
 
     /// Number of time steps.
@@ -69,68 +84,95 @@ impl BoxTracks {
     /// The first step at which one of `boxes` (one for each step, from step 0) overlaps or touches the box of a track
     /// at the same step, and the lowest number of such a track. Boxes beyond the last step meet nothing.
     ///
-    /// Exact: a circle test only dismisses pairs that are far apart.
+    /// Exact, with the answers of [`OrientedBox::overlaps`]. Boxes around a few steps of both motions dismiss most
+    /// tracks, circles most of the rest.
     #[must_use]
     pub fn first_collision(&self, boxes: &[OrientedBox]) -> Option<BoxCollision> {
         if self.tracks == 0 {
             return None;
         }
-        let columns = self.x.chunks_exact(self.stride).zip(self.y.chunks_exact(self.stride));
-        for (step, (own, (x, y))) in boxes.iter().zip(columns).enumerate() {
-            let radius_m =
-                (own.half_length_m * own.half_length_m + own.half_width_m * own.half_width_m).sqrt();
-            for group in (0..self.stride).step_by(LANES) {
-                let lanes = group..group + LANES;
-                let near = is_any_near(
-                    own.center,
-                    radius_m,
-                    &x[lanes.clone()],
-                    &y[lanes.clone()],
-                    &self.radius_m[lanes.clone()],
-                );
-                if !near {
-                    continue;
-                }
-                if let Some(track) = lanes.into_iter().find(|&track| self.is_hit(own, radius_m, step, track))
-                {
-                    return Some(BoxCollision { step, track });
-                }
+        let boxes = &boxes[..boxes.len().min(self.steps)];
+        let mut radius = Radius::default();
+        for (number, (chunk, bounds)) in
+            boxes.chunks(CHUNK).zip(self.chunks.chunks_exact(self.tracks)).enumerate()
+        {
+            let around = around(chunk, &mut radius);
+            let mut hit = None;
+            for (word, bounds) in bounds.chunks(WORD).enumerate() {
+                let near = near_mask(&around, bounds);
+                self.find_in_chunk(chunk, number, word * WORD, near, &mut radius, &mut hit);
+            }
+            if hit.is_some() {
+                return hit;
             }
         }
         None
     }
 
+    /// Looks for hits of the boxes of a chunk with the tracks of a mask that come before the one known.
     #[inline]
-    fn is_hit(&self, own: &OrientedBox, radius_m: f64, step: usize, track: usize) -> bool {
-        let place = step * self.stride + track;
-        let center = Point2::new(self.x[place], self.y[place]);
-        if track >= self.tracks || is_far(own.center, radius_m, center.x, center.y, self.radius_m[track]) {
-            return false;
+    fn find_in_chunk(
+        &self,
+        boxes: &[OrientedBox],
+        chunk: usize,
+        first_track: usize,
+        mut near: u64,
+        radius: &mut Radius,
+        found: &mut Option<BoxCollision>,
+    ) {
+        while near != 0 {
+            let track = first_track + near.trailing_zeros() as usize;
+            near &= near - 1;
+            let others = &self.boxes[(chunk * self.tracks + track) * CHUNK..][..CHUNK];
+            let track_radius_m = self.radii_m[track];
+            for (step, (own, other)) in (chunk * CHUNK..).zip(boxes.iter().zip(others)) {
+                let between = other.center - own.center;
+                let reach_m = radius.of(own) + track_radius_m;
+                let is_far = between.norm_squared() > reach_m * reach_m;
+                if !is_far && own.overlaps(other) {
+                    let hit = BoxCollision { step, track };
+                    *found = Some(found.map_or(hit, |known| known.min(hit)));
+                    break;
+                }
+            }
         }
-        own.overlaps(&OrientedBox {
-            center,
-            axis: self.axis[place],
-            half_length_m: self.half_length_m[track],
-            half_width_m: self.half_width_m[track],
-        })
     }
 }
 
-/// True when two circles are apart. False for not-a-number, which must not dismiss anything. The radius has a grain
-/// added, because a rounded square root must not dismiss boxes that touch at a corner.
+/// The box around a few boxes; everywhere if one of them is not a number.
 #[inline]
-fn is_far(center: Point2, radius_m: f64, x: f64, y: f64, other_radius_m: f64) -> bool {
-    let (dx, dy, reach) = (x - center.x, y - center.y, radius_m + other_radius_m + 1e-9);
-    dx * dx + dy * dy > reach * reach
+fn around(boxes: &[OrientedBox], radius: &mut Radius) -> Bounds {
+    let (mut bounds, mut reach_m, mut sum) = (Bounds::EMPTY, 0.0_f64, 0.0);
+    for own in boxes {
+        let center = own.center;
+        bounds = bounds.joined(&Bounds { min: center, max: center });
+        reach_m = reach_m.max(radius.of(own));
+        sum += center.x + center.y + own.half_length_m + own.half_width_m;
+    }
+    if f64::is_nan(sum) { EVERYWHERE } else { bounds.grown(reach_m) }
 }
 
 #[inline]
-fn is_any_near(center: Point2, radius_m: f64, x: &[f64], y: &[f64], radii_m: &[f64]) -> bool {
-    let mut near = false;
-    for ((x, y), other) in x.iter().zip(y).zip(radii_m) {
-        near |= !is_far(center, radius_m, *x, *y, *other);
+fn near_mask(around: &Bounds, bounds: &[Bounds]) -> u64 {
+    bounds.iter().enumerate().fold(0, |mask, (bit, other)| mask | u64::from(around.meets(other)) << bit)
+}
+
+/// Radius of the circle around a box, computed anew only when the size changes: within one row it seldom does.
+#[derive(Default)]
+struct Radius {
+    half: (f64, f64),
+    radius_m: f64,
+}
+
+impl Radius {
+    #[inline]
+    fn of(&mut self, own: &OrientedBox) -> f64 {
+        let half = (own.half_length_m, own.half_width_m);
+        if half != self.half {
+            *self = Self { half, radius_m: half.0.hypot(half.1) };
+        }
+        self.radius_m
     }
-    near
 }
 
 #[cfg(test)]
@@ -182,6 +224,20 @@ mod tests {
         tracks.reset(1, 1);
         tracks.set(0, 0, &at(f64::NAN, 0.0, 0.0, 4.0, 2.0));
         assert!(tracks.first_collision(&[at(50.0, 0.0, 0.0, 4.0, 2.0)]).is_some());
+        tracks.set(0, 0, &at(50.0, 0.0, 0.0, 4.0, 2.0));
+        assert!(tracks.first_collision(&[at(f64::NAN, 0.0, 0.0, 4.0, 2.0)]).is_some());
+    }
+
+    #[test]
+    fn more_tracks_than_a_word_holds() {
+        let mut tracks = BoxTracks::default();
+        tracks.reset(150, 7);
+        for (track, step) in (0..150).flat_map(|track| (0..7).map(move |step| (track, step))) {
+            let x = if (track, step) == (70, 6) || (track, step) == (140, 5) { 0.0 } else { 90.0 };
+            tracks.set(track, step, &at(x, 0.0, 0.0, 4.0, 2.0));
+        }
+        let own = vec![at(0.0, 0.0, 0.0, 4.0, 2.0); 7];
+        assert_eq!(tracks.first_collision(&own), Some(BoxCollision { step: 5, track: 140 }));
     }
 
     proptest! {
