@@ -1,5 +1,7 @@
 //! The collision check on scenes whose answer is known by hand.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 #[path = "collision_support/scenes.rs"]
 mod scenes;
 

@@ -1,6 +1,8 @@
 //! The collision check against an independent reference: dense sampling of closed-form motions, polygons clipped
 //! against each other. Random scenes of one object; and properties that hold whatever the scene.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 #[path = "collision_support/scenes.rs"]
 mod scenes;
 

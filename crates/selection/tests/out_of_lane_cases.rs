@@ -1,5 +1,7 @@
 //! The out-of-lane check on roads whose answer is known by hand, and against a slow reference.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 use lanelet_map::{Map, MapBuilder};
 use messages::autoware_internal_planning_msgs::CandidateTrajectory;
 use messages::autoware_planning_msgs::TrajectoryPoint;

@@ -21,7 +21,7 @@ const EXCESS_M: f64 = 1e-7;
 /// How far beside a shared edge \[m\] there must be road on both sides.
 const BESIDE_M: f64 = 1e-4;
 /// Most steps of the search for the farthest point of one piece.
-const MAX_STEPS: usize = 1024;
+const MAX_STEPS: usize = 4096;
 
 /// Something sticks out of the road.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,8 +53,6 @@ pub(super) struct RoadBuffers {
     open: Vec<(f64, f64)>,
     /// Lanelets that can be nearest to a point of the outline.
     near: Vec<usize>,
-    /// Borders that can be nearest to a point of the outline.
-    near_borders: Vec<u32>,
 }
 
 impl Road {
@@ -137,10 +135,6 @@ impl Road {
         let reach = bounds.grown(corner_m + (bounds.max - bounds.min).norm());
         buffers.near.clear();
         buffers.near.extend(all.filter(|&place| self.bounds.get(place).meets(&reach)));
-        let within = |border: &Segment| around([border.start, border.end].into_iter()).meets(&reach);
-        let places = (0_u32..).zip(&self.borders);
-        buffers.near_borders.clear();
-        buffers.near_borders.extend(places.filter(|(_, border)| within(border)).map(|(place, _)| place));
     }
 
     /// Finds the parts of a side, as ratios, that no lanelet holds.
@@ -189,6 +183,27 @@ impl Road {
         edges(&self.lanelets.outlines()[place].corners)
     }
 
+    /// Distance of a point from the road, and the edge that is nearest; 0 and no edge on the road.
+    fn distance(&self, point: Point2, near: &[usize]) -> (f64, Option<Segment>) {
+        let (mut nearest, mut squared) = (None, f64::INFINITY);
+        for &place in near {
+            let bounds = self.bounds.get(place);
+            if distance_from(&bounds, point).powi(2) >= squared {
+                continue;
+            }
+            if bounds.holds(point) && self.lanelet_holds(place, point) {
+                return (0.0, None);
+            }
+            for edge in self.edges(place) {
+                let to_edge = edge.squared_distance_to_point(point);
+                if to_edge < squared {
+                    (nearest, squared) = (Some(edge), to_edge);
+                }
+            }
+        }
+        (squared.sqrt(), nearest)
+    }
+
     fn distance_from_lanelet(&self, place: usize, point: Point2) -> f64 {
         if self.lanelet_holds(place, point) {
             return 0.0;
@@ -205,39 +220,35 @@ impl Road {
         Some(self.lanelets.outlines()[nearest.1].id)
     }
 
-    /// The point of a piece of a side that is farthest from the road. No lanelet holds any of the piece, so the road is
-    /// as near as the nearest border. The distance from one border is convex along the piece: between two points it is
-    /// at most the larger one of theirs, and the road is no farther than the border for which that is least.
+    /// The point of a piece of a side that is farthest from the road.
+    ///
+    /// Two bounds end the search. The distance changes by no more than one goes along the side. And it is at most that
+    /// from any one edge, which is convex along the side and therefore largest at one of the ends.
     fn farthest(&self, side: &Segment, from: f64, to: f64, buffers: &mut RoadBuffers) -> (f64, Point2) {
-        let RoadBuffers { open, near_borders, .. } = buffers;
-        let place = |ratio: f64| side.start + side.vector() * ratio;
-        let borders = || near_borders.iter().map(|&border| &self.borders[border as usize]);
-        let mut best = (0.0, place(from));
-        let mut look = |ratio: f64| {
-            let point = place(ratio);
-            let squared =
-                borders().map(|border| border.squared_distance_to_point(point)).fold(f64::INFINITY, f64::min);
-            if squared.sqrt() > best.0 {
-                best = (squared.sqrt(), point);
+        let RoadBuffers { open, near, .. } = buffers;
+        let length_m = side.length();
+        let at = |ratio: f64| side.start + side.vector() * ratio;
+        let mut best = (0.0, at(from));
+        for ratio in [from, to] {
+            let distance_m = self.distance(at(ratio), near).0;
+            if distance_m > best.0 {
+                best = (distance_m, at(ratio));
             }
-            best.0
-        };
-        look(from);
-        let mut best_m = look(to);
+        }
         open.clear();
         open.push((from, to));
         for _ in 0..MAX_STEPS {
             let Some((from, to)) = open.pop() else { break };
-            let (start, end) = (place(from), place(to));
-            let at_most = borders()
-                .map(|border| {
-                    border.squared_distance_to_point(start).max(border.squared_distance_to_point(end))
-                })
-                .fold(f64::INFINITY, f64::min)
-                .sqrt();
-            if at_most > best_m + EXCESS_M {
-                let middle = 0.5 * (from + to);
-                best_m = look(middle);
+            let middle = 0.5 * (from + to);
+            let (distance_m, edge) = self.distance(at(middle), near);
+            if distance_m > best.0 {
+                best = (distance_m, at(middle));
+            }
+            let nowhere_more_m = distance_m + 0.5 * (to - from) * length_m;
+            let from_edge_m = edge.map_or(f64::INFINITY, |edge| {
+                edge.distance_to_point(at(from)).max(edge.distance_to_point(at(to)))
+            });
+            if nowhere_more_m.min(from_edge_m) > best.0 + EXCESS_M {
                 open.extend([(from, middle), (middle, to)]);
             }
         }
