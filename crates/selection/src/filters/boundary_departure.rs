@@ -7,6 +7,7 @@
 //! `UncrossableBoundaryDepartureFilter` of 0.53.0, with the true nearest segments instead of those of a reflected index.
 
 mod borders;
+mod bounds;
 mod claims;
 mod departure;
 mod hysteresis;
@@ -65,7 +66,8 @@ pub struct Buffer {
     stances: Vec<Stance>,
     neighbourhoods: Neighbourhoods,
     claims: Claims,
-    watch: Watch,
+    left: Watch,
+    right: Watch,
 }
 
 impl UncrossableBoundaryDepartureFilter {
@@ -136,16 +138,18 @@ impl UncrossableBoundaryDepartureFilter {
 
     /// What both sides find; `None` if no border is near the candidate.
     fn evaluate(&self, cycle: &Cycle, buffer: &mut Buffer) -> Option<Evaluation> {
-        let Buffer { stances, neighbourhoods, claims, watch } = buffer;
+        let Buffer { stances, neighbourhoods, claims, left, right } = buffer;
         neighbourhoods.attach(&cycle.borders);
         claims.collect(&cycle.borders, neighbourhoods, stances, self.vehicle.vehicle_height_m());
         if claims.left.is_empty() && claims.right.is_empty() {
             return None;
         }
-        watch.set(&cycle.borders, &claims.left);
-        let left = watch.walk(stances, Side::Left, &cycle.limits);
-        watch.set(&cycle.borders, &claims.right);
-        let right = watch.walk(stances, Side::Right, &cycle.limits);
+        left.set(&cycle.borders, &claims.left);
+        right.set(&cycle.borders, &claims.right);
+        let bound_m = left.bound(stances, Side::Left, f64::INFINITY);
+        let bound_m = right.bound(stances, Side::Right, bound_m);
+        let left = left.walk(stances, Side::Left, &cycle.limits, bound_m);
+        let right = right.walk(stances, Side::Right, &cycle.limits, bound_m);
         Some(Evaluation { left, right })
     }
 

@@ -1,4 +1,5 @@
 //! Reads sequences of the format `trajectory-filters/2` as far as the boundary departure filter needs them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(dead_code, unreachable_pub)] // Shared by several programs, each of which uses its own part.
 
 use std::collections::HashMap;

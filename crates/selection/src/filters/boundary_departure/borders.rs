@@ -94,7 +94,7 @@ pub(super) struct Neighbourhoods {
     /// A torus of `WINDOW` by `WINDOW` cells.
     slots: Vec<Slot>,
     found: Vec<NearSegment>,
-    nearest: Vec<u32>,
+    nearest: Vec<Near>,
 }
 
 /// The neighbourhood of a cell.
@@ -102,7 +102,54 @@ pub(super) struct Neighbourhoods {
 struct Slot {
     cell: Option<[i32; 2]>,
     /// Empty if there are too many.
-    borders: Vec<u32>,
+    borders: Vec<Near>,
+}
+
+/// A segment of a neighbourhood.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    pub(super) border: u32,
+    from_middle_m: f64,
+}
+
+impl From<&NearSegment> for Near {
+    fn from(near: &NearSegment) -> Self {
+        Self { border: near.segment as u32, from_middle_m: near.distance }
+    }
+}
+
+/// Segments among which the nearest to a place are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Neighbourhood<'a> {
+    /// In the order of their distances from the middle of the neighbourhood.
+    pub(super) borders: &'a [Near],
+    /// How far the place is from the middle.
+    off_middle_m: f64,
+}
+
+impl Neighbourhood<'_> {
+    /// The [`NEAREST`] nearest are among these; no distance need be measured to know it: five segments are this near to
+    /// the middle, and neither they nor any other can be farther off or nearer to the place than to the middle by more
+    /// than the way between them.
+    #[inline]
+    pub(super) fn possibly_nearest(&self) -> impl Iterator<Item = &Near> {
+        let fifth_m = self.borders.get(NEAREST - 1).map_or(f64::INFINITY, |near| near.from_middle_m);
+        let limit_m = self.limit_m(fifth_m + self.off_middle_m);
+        self.borders.iter().take_while(move |near| !near.is_beyond(limit_m))
+    }
+
+    /// Distance from the middle beyond which no segment is within `distance_m` of the place.
+    #[inline]
+    pub(super) fn limit_m(&self, distance_m: f64) -> f64 {
+        distance_m + self.off_middle_m + ROUNDING_M
+    }
+}
+
+impl Near {
+    #[inline]
+    pub(super) fn is_beyond(&self, limit_m: f64) -> bool {
+        self.from_middle_m > limit_m
+    }
 }
 
 impl Neighbourhoods {
@@ -118,7 +165,7 @@ impl Neighbourhoods {
     /// Segments among which the [`NEAREST`] nearest to `place` are; all of them if there are not more. The coordinates
     /// of `place` must be within [`FARTHEST_M`](super::tolerance::FARTHEST_M).
     #[inline]
-    pub(super) fn around(&mut self, borders: &Borders, place: Point2) -> &[u32] {
+    pub(super) fn around(&mut self, borders: &Borders, place: Point2) -> Neighbourhood<'_> {
         let cell = [cell_of(place.x), cell_of(place.y)];
         let wrap = |at: i32| at as usize % WINDOW;
         let at = wrap(cell[0]) * WINDOW + wrap(cell[1]);
@@ -128,29 +175,34 @@ impl Neighbourhoods {
         if self.slots[at].borders.is_empty() {
             return self.search(borders, place);
         }
-        &self.slots[at].borders
+        let middle = middle_of(cell);
+        let off_middle_m = (place - Point2::from(middle)).norm();
+        Neighbourhood { borders: &self.slots[at].borders, off_middle_m }
     }
 
     /// Everything that can be among the nearest somewhere in the cell.
     #[cold]
     fn fill(&mut self, borders: &Borders, cell: [i32; 2], at: usize) {
-        let middle = cell.map(|at| (f64::from(at) + 0.5) * CELL_M - ORIGIN_M);
-        borders.nearest_within(middle, CELL_RADIUS_M, &mut self.found);
+        borders.nearest_within(middle_of(cell), CELL_RADIUS_M, &mut self.found);
         let slot = &mut self.slots[at];
         slot.cell = Some(cell);
         slot.borders.clear();
         if self.found.len() <= LONGEST {
-            slot.borders.extend(self.found.iter().map(|near| near.segment as u32));
+            slot.borders.extend(self.found.iter().map(Near::from));
         }
     }
 
     #[cold]
-    fn search(&mut self, borders: &Borders, place: Point2) -> &[u32] {
+    fn search(&mut self, borders: &Borders, place: Point2) -> Neighbourhood<'_> {
         borders.nearest_within([place.x, place.y], 0.0, &mut self.found);
         self.nearest.clear();
-        self.nearest.extend(self.found.iter().map(|near| near.segment as u32));
-        &self.nearest
+        self.nearest.extend(self.found.iter().map(Near::from));
+        Neighbourhood { borders: &self.nearest, off_middle_m: 0.0 }
     }
+}
+
+fn middle_of(cell: [i32; 2]) -> [f64; 2] {
+    cell.map(|at| (f64::from(at) + 0.5) * CELL_M - ORIGIN_M)
 }
 
 /// Number of the cell that a coordinate lies in, to within rounding.

@@ -89,6 +89,12 @@ impl Memory {
         self.entries.get(&key).map(|(hysteresis, _)| *hysteresis).unwrap_or_default()
     }
 
+    /// Number of keys.
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
     /// Replaces the hysteresis of a key.
     pub(super) fn store(&mut self, key: CandidateKey, hysteresis: Hysteresis) {
         if self.entries.len() < MOST_KEYS || self.entries.contains_key(&key) {

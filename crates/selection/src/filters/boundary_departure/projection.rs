@@ -17,44 +17,50 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// Both places are given: on the vehicle and on the border.
-    fn between(on_vehicle: Point2, on_border: Point2, offset_m: f64) -> Self {
-        let to_border = on_border - on_vehicle;
-        Self { lateral_m: to_border.norm(), offset_m, to_border }
+    /// A border crosses the vehicle.
+    pub(super) fn crossing(offset_m: f64) -> Self {
+        Self { lateral_m: 0.0, offset_m, to_border: Vector2::zeros() }
     }
 }
 
-/// The nearest place of a line to a point, if that is beside the line. Not-a-number for a line without length.
+/// The nearest place of a line to a point, if that is beside the line; nothing is beside a line without length.
 #[inline]
 fn foot(point: Point2, line: &Segment) -> Option<Point2> {
     let vector = line.vector();
     let along = vector.dot(&(point - line.start));
     let whole = vector.norm_squared();
-    (0.0 <= along && along <= whole).then(|| line.start + vector * (along / whole))
+    (0.0 <= along && along <= whole && whole > 0.0).then(|| line.start + vector * (along / whole))
 }
 
 /// Projects a side (front corner first) and a border segment on each other; 0 where they cross. `None` if neither has
-/// an end beside the other. A border without length has no distance (not-a-number), as upstream has it: its neighbours
-/// share its place.
+/// an end beside the other. A border without length is beside nothing; its neighbours share its place.
 pub(super) fn project(side: &Segment, border: &Segment) -> Option<Projection> {
-    if let Some(crossing) = side.intersection(border) {
-        let offset_m = (crossing - side.start).norm();
-        return Some(Projection { lateral_m: 0.0, offset_m, to_border: Vector2::zeros() });
+    match side.intersection(border) {
+        Some(crossing) => Some(Projection::crossing((crossing - side.start).norm())),
+        None => project_apart(side, border),
     }
-    let of_corner = |corner: Point2, offset_m: f64| {
-        foot(corner, border).map(|place| Projection::between(corner, place, offset_m))
-    };
-    let of_end = |end: Point2| {
-        foot(end, side).map(|place| Projection::between(place, end, (place - side.start).norm()))
-    };
-    let options = [
-        of_corner(side.start, 0.0),
-        of_corner(side.end, side.length()),
-        of_end(border.start),
-        of_end(border.end),
-    ];
-    options
-        .into_iter()
-        .flatten()
-        .reduce(|best, other| if other.lateral_m < best.lateral_m { other } else { best })
+}
+
+/// As [`project`] for a side and a border that do not cross.
+pub(super) fn project_apart(side: &Segment, border: &Segment) -> Option<Projection> {
+    if border.start == border.end {
+        return None;
+    }
+    // Both places, on the vehicle and on the border: from both corners, then to both ends.
+    let of_corner = |corner: Point2| foot(corner, border).map(|place| (corner, place));
+    let of_end = |end: Point2| foot(end, side).map(|place| (place, end));
+    let pairs = [of_corner(side.start), of_corner(side.end), of_end(border.start), of_end(border.end)];
+    let mut nearest: Option<(f64, Point2, Vector2)> = None;
+    for (on_vehicle, on_border) in pairs.into_iter().flatten() {
+        let to_border = on_border - on_vehicle;
+        let squared_m2 = to_border.norm_squared();
+        if nearest.is_none_or(|(nearest_m2, ..)| squared_m2 < nearest_m2) {
+            nearest = Some((squared_m2, on_vehicle, to_border));
+        }
+    }
+    nearest.map(|(squared_m2, on_vehicle, to_border)| Projection {
+        lateral_m: squared_m2.sqrt(),
+        offset_m: (on_vehicle - side.start).norm(),
+        to_border,
+    })
 }

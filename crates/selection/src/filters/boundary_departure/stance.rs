@@ -3,6 +3,7 @@
 use motion::footprint::Footprint;
 use motion::{Point2, Segment, TrajectoryPoint};
 
+use super::bounds::Bounds;
 use super::tolerance::FARTHEST_M;
 
 /// A side of the vehicle.
@@ -14,6 +15,13 @@ pub(super) enum Side {
 
 impl Side {
     pub(super) const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    pub(super) fn other(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
 }
 
 /// The vehicle at one point of a candidate.
@@ -28,9 +36,8 @@ pub(super) struct Stance {
     /// Length of the path from the first point.
     pub(super) along_m: f64,
     pub(super) time_s: f64,
-    /// No part of the vehicle has moved farther than this since the first point: the sum over the steps of the largest
-    /// movement of a corner.
-    pub(super) moved_m: f64,
+    /// The box around the vehicle, along its left side.
+    pub(super) bounds: Bounds,
 }
 
 impl Stance {
@@ -66,29 +73,29 @@ impl Stance {
 pub(super) fn stances_along(points: &[TrajectoryPoint], outline: &Footprint, out: &mut Vec<Stance>) -> bool {
     out.clear();
     let mut in_range = true;
-    let mut before: Option<(Point2, Stance)> = None;
+    let (mut along_m, mut before) = (0.0, points.first().map(|point| point.pose.point()));
     out.extend(points.iter().map(|point| {
-        let placed = outline.placed_at(&point.pose);
         let position = point.pose.point();
-        let mut stance = Stance {
-            front_left: placed.front_left(),
-            front_right: placed.front_right(),
-            rear_left: placed.rear_left(),
-            rear_right: placed.rear_right(),
-            z_m: point.pose.position.z,
-            along_m: 0.0,
-            time_s: point.time_from_start.seconds(),
-            moved_m: 0.0,
-        };
-        let corners = stance.corners();
-        in_range &= corners.iter().all(|corner| corner.x.abs() < FARTHEST_M && corner.y.abs() < FARTHEST_M);
-        if let Some((from, last)) = before {
-            let steps = corners.iter().zip(last.corners()).map(|(to, from)| (to - from).norm_squared());
-            stance.moved_m = last.moved_m + steps.fold(0.0, f64::max).sqrt();
-            stance.along_m = last.along_m + (position - from).norm();
+        along_m += before.map_or(0.0, |before| (position - before).norm());
+        before = Some(position);
+        let placed = outline.placed_at(&point.pose);
+        let corners = [placed.front_left(), placed.front_right(), placed.rear_left(), placed.rear_right()];
+        let is_on_map = |corner: &Point2| corner.x.abs() < FARTHEST_M && corner.y.abs() < FARTHEST_M;
+        in_range &= corners.iter().all(is_on_map);
+        let mut bounds = Bounds::at(corners[0], corners[0] - corners[2]);
+        for corner in &corners[1..] {
+            bounds.include(*corner);
         }
-        before = Some((position, stance));
-        stance
+        Stance {
+            front_left: corners[0],
+            front_right: corners[1],
+            rear_left: corners[2],
+            rear_right: corners[3],
+            z_m: point.pose.position.z,
+            along_m,
+            time_s: point.time_from_start.seconds(),
+            bounds,
+        }
     }));
     in_range
 }

@@ -4,9 +4,12 @@
 /// are negative. Upstream's constant, independent of the lateral margin.
 pub(super) const PASSED_M: f64 = 0.01;
 
-/// Slack of every bound that spares work. Far more than rounding can move a distance at coordinates within
-/// [`FARTHEST_M`], and too small to cost anything.
-pub(super) const ROUNDING_M: f64 = 1e-5;
+/// Slack of every bound that spares work: far more than rounding can move a distance at coordinates within
+/// [`FARTHEST_M`].
+pub(super) const ROUNDING_M: f64 = 1e-7;
 
-/// Coordinates beyond this are on no map; nothing can be judged there.
-pub(super) const FARTHEST_M: f64 = 1e8;
+/// Lines farther apart than this do not cross, whatever slack the crossing test has.
+pub(super) const CONTACT_M: f64 = 1e-5;
+
+/// Coordinates beyond this are on no map, projected or not; nothing can be judged there.
+pub(super) const FARTHEST_M: f64 = 2e7;
