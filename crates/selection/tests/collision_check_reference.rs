@@ -270,7 +270,7 @@ fn several(cases: &[Case]) -> Vec<PredictedObject> {
         .iter()
         .zip(1..)
         .map(|(case, id)| {
-            let mut object = (*case.scene().objects.unwrap()).objects[0].clone();
+            let mut object = case.scene().objects.unwrap().objects[0].clone();
             object.object_id = Uuid { uuid: [id; 16] };
             object
         })

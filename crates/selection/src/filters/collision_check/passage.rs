@@ -177,3 +177,89 @@ impl<'a, 'b> Search<'a, 'b> {
         placed_meet((self.ego.outline, &ego), (self.object.outline, &object), &mut self.buffers.hulls)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::Settings;
+    use super::*;
+    use crate::parameters::{CollisionCheckParameters, ObjectClass, PerClass};
+    use motion::VehicleInfo;
+    use motion::occupancy::{Deviation, PlanarPose};
+
+    /// A body at these places, 0.1 s apart.
+    fn sweep(outline: &Outline, places: &[PlanarPose]) -> Sweep {
+        let mut sweep = Sweep::default();
+        for pair in places.windows(2) {
+            sweep.push(outline, pair[0], pair[1], &Deviation::default());
+        }
+        let last = places[places.len() - 1];
+        sweep.push(outline, last, last, &Deviation::default());
+        sweep
+    }
+
+    fn search(ego: &[PlanarPose], object: &[PlanarPose], margin_s: f64) -> Option<Passages> {
+        let mut parameters = CollisionCheckParameters::default();
+        parameters.drac.pet_margin.ego_earlier = PerClass::all(margin_s);
+        parameters.drac.pet_margin.object_earlier = PerClass::all(margin_s);
+        let settings = Settings::new(&parameters, &VehicleInfo::default());
+        let outline = Outline::rectangle(0.01, 0.01, 0.01, 0.01);
+        let (ego, object) = (sweep(&outline, ego), sweep(&outline, object));
+        fn body<'a>(outline: &'a Outline, sweep: &'a Sweep) -> Body<'a> {
+            Body { outline, sweep, slices: 0..sweep.len() }
+        }
+        let of_class = settings.class(ObjectClass::Car);
+        let mut buffers = SearchBuffers::default();
+        let again = Search::new(body(&outline, &ego), body(&outline, &object), of_class, &mut buffers);
+        let has_passage = again.has_passage();
+        let found =
+            Search::new(body(&outline, &ego), body(&outline, &object), of_class, &mut buffers).passages();
+        assert_eq!(has_passage, found.is_some());
+        found
+    }
+
+    /// Along x at this speed, from this place.
+    fn along(from: f64, speed: f64) -> Vec<PlanarPose> {
+        (0..60).map(|k| PlanarPose::new(from + speed * 0.1 * f64::from(k), 0.0, 0.0)).collect()
+    }
+
+    /// A place that crosses the x axis at `x` at a time.
+    fn crossing(x: f64, at_s: f64) -> Vec<PlanarPose> {
+        (0..60).map(|k| PlanarPose::new(x, 5.0 * (0.1 * f64::from(k) - at_s), 0.0)).collect()
+    }
+
+    #[test]
+    fn two_opposite_crossings() {
+        // The vehicle passes x = 1 at 1 s and x = 5 at 5 s; the object comes by at x = 1 at 2 s, at x = 5 at 4 s.
+        let object: Vec<PlanarPose> = (0..60)
+            .map(|k| 0.1 * f64::from(k))
+            .map(|t| PlanarPose::new(1.0 + 2.0 * (t - 2.0), 3.0 * (t - 2.0) * (4.0 - t), 0.0))
+            .collect();
+        let found = search(&along(0.0, 1.0), &object, 1.5).unwrap();
+        assert!((found.first.pet_ticks() + 10).abs() <= 1, "{found:?}");
+        assert!(found.worst.pet_ticks() > 0, "{found:?}");
+    }
+
+    #[test]
+    fn who_is_earlier_and_by_how_much() {
+        for (at_s, margin_s, ticks) in [
+            (2.0, 0.0, Some(0)),
+            (2.5, 1.0, Some(5)),
+            (1.5, 1.0, Some(-5)),
+            (3.5, 1.0, None),
+            (0.5, 1.0, None),
+        ] {
+            let found = search(&along(0.0, 1.0), &crossing(2.0, at_s), margin_s);
+            let pet = found.map(|found| found.worst.pet_ticks());
+            let is_near = pet.zip(ticks).is_some_and(|(pet, ticks)| (pet - ticks).abs() <= 1);
+            assert!(is_near || pet == ticks, "{at_s}: {pet:?} instead of {ticks:?}");
+        }
+    }
+
+    #[test]
+    fn what_touches_from_the_start_is_simultaneous() {
+        let still = vec![PlanarPose::new(0.0, 0.0, 0.0); 5];
+        let found = search(&still, &still[..1], 1.0).unwrap();
+        assert_eq!((found.first, found.worst), (Hit { ego: 0, object: 0 }, Hit { ego: 0, object: 0 }));
+        assert!(search(&still[..1], &still, 1.0).is_some(), "a single sample");
+    }
+}

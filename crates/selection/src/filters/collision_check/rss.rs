@@ -71,4 +71,38 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn velocity_along_the_path() {
+        use crate::test_scene::candidate_of;
+        use motion::occupancy::Outline;
+        use motion::{Pose, TrajectoryPoint};
+
+        let object = |yaw_rad: f64| Object {
+            id: Default::default(),
+            class: crate::parameters::ObjectClass::Car,
+            outline: Outline::rectangle(1.0, 1.0, 1.0, 1.0),
+            pose: Pose::from_xy_yaw(0.5, 0.0, yaw_rad),
+            velocity: Vector2::new(2.0, 0.0),
+            uses_drac: true,
+            uses_rss: true,
+            courses: 0..0,
+            has_predicted_path: false,
+            mutual_standing_ns: 0,
+        };
+        let along = |xs: [f64; 2], yaw_deg: f64, object_deg: f64| {
+            let points = xs.map(|x| TrajectoryPoint {
+                pose: Pose::from_xy_yaw(x, 0.0, yaw_deg.to_radians()),
+                ..TrajectoryPoint::default()
+            });
+            longitudinal_velocity_mps(&candidate_of(points.to_vec()), &object(object_deg.to_radians()))
+        };
+        for (path, yaw_deg, object_deg, expected) in [
+            ([0.0, 1.0], 90.0, 0.0, 2.0),
+            ([0.0, 0.0], 60.0, 30.0, 2.0 * 30_f64.to_radians().cos()),
+            ([0.0, 1.0], 0.0, 180.0, -2.0),
+        ] {
+            assert!((along(path, yaw_deg, object_deg) - expected).abs() < 1e-9, "{path:?}");
+        }
+    }
 }

@@ -190,3 +190,46 @@ fn tiers(parameters: &EgoDracAcceleration, class: ObjectClass) -> EgoTiers {
 fn nanoseconds(seconds: f64) -> i64 {
     (seconds * 1e9).round() as i64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motion::VehicleDimensions;
+
+    fn vehicle(left_overhang_m: f64) -> VehicleInfo {
+        let front =
+            VehicleDimensions { wheel_base_m: 3.0, front_overhang_m: 1.0, ..VehicleDimensions::default() };
+        VehicleInfo::new(VehicleDimensions {
+            rear_overhang_m: 1.0,
+            wheel_tread_m: 2.0,
+            left_overhang_m,
+            right_overhang_m: 0.0,
+            ..front
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn margins_are_added_to_the_outline() {
+        let corners = outline(&vehicle(0.0), 0.3, 0.7, 0.5).corners().to_vec();
+        let expected = [(4.7, 1.3), (4.7, -1.3), (-1.5, -1.3), (-1.5, 1.3)];
+        for (corner, (x, y)) in corners.iter().zip(expected) {
+            assert!((corner.x - x).abs() < 1e-12 && (corner.y - y).abs() < 1e-12, "{corner}");
+        }
+        // unequal overhangs: each side is where it is
+        let wide = outline(&vehicle(0.5), 0.0, 0.0, 0.0).corners().to_vec();
+        assert!((wide[0].y - 1.5).abs() < 1e-12 && (wide[1].y + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn classes_with_equal_margins_share_an_outline() {
+        let settings = Settings::new(&CollisionCheckParameters::default(), &vehicle(0.0));
+        assert_eq!(settings.ego_outlines.len(), 2);
+        let of = |class| settings.class(class).ego_outline;
+        assert_eq!(of(ObjectClass::Car), of(ObjectClass::Truck));
+        assert_eq!(of(ObjectClass::Pedestrian), of(ObjectClass::Bicycle));
+        assert_ne!(of(ObjectClass::Car), of(ObjectClass::Pedestrian));
+        assert_eq!(settings.class(ObjectClass::Car).object_earlier_ticks, 10);
+        assert_eq!(settings.class(ObjectClass::Car).ego_earlier_ticks, 6);
+    }
+}

@@ -1,0 +1,214 @@
+//! What was found about a candidate, and how it is told: metrics, the worst finding with its place, words.
+
+use super::drac::Method;
+use crate::candidate::Candidate;
+use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
+use messages::unique_identifier_msgs::Uuid;
+use motion::OrientedBox;
+use motion::occupancy::{BoxTracks, Outline, PlanarPose, Slice};
+use smallvec::smallvec;
+use std::fmt;
+
+const PATH_METRIC: &str = "DRAC_map_based_predicted_path";
+const ARC_METRIC: &str = "DRAC_constant_curvature_path";
+const RSS_METRIC: &str = "RSS";
+
+/// Steps in which the first contact inside a slice is looked for, before bisection.
+const CONTACT_STEPS: usize = 16;
+const BISECTIONS: usize = 12;
+
+/// What was found against a candidate, beyond the metrics.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CollisionMemo {
+    /// The worst finding.
+    pub cause: Option<CollisionCause>,
+    /// A case that was hit, but that the parameters switch off: nothing is known about it.
+    pub not_assessed: Option<Method>,
+    /// True if an object on the way has no predicted path, so that only its present motion was assessed.
+    pub without_predicted_path: bool,
+}
+
+/// Why a candidate carries a risk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CollisionCause {
+    /// It passes a place too shortly before or after an object.
+    Passage {
+        /// The case.
+        method: Method,
+        /// By how much the object passes later \[s\].
+        pet_s: f64,
+        /// Acceleration that avoids it \[m/s²\], minus infinity if none does.
+        required_mps2: f64,
+    },
+    /// An object on its path is too near.
+    Distance {
+        /// Acceleration that stops behind it \[m/s²\], minus infinity if none does.
+        required_mps2: f64,
+    },
+}
+
+impl fmt::Display for CollisionMemo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let needs = |f: &mut fmt::Formatter<'_>, required_mps2: f64| {
+            if required_mps2.is_finite() {
+                write!(f, "needs {required_mps2:.1} m/s2")
+            } else {
+                f.write_str("no braking avoids it")
+            }
+        };
+        match self.cause {
+            Some(CollisionCause::Passage { method, pet_s, required_mps2 }) => {
+                write!(f, "{method}, passages {:.1} s apart, ", pet_s.abs())?;
+                needs(f, required_mps2)?;
+            }
+            Some(CollisionCause::Distance { required_mps2 }) => {
+                f.write_str("on the path and too near, ")?;
+                needs(f, required_mps2)?;
+            }
+            None => f.write_str("no finding")?,
+        }
+        if let Some(method) = self.not_assessed {
+            write!(f, "; not assessed: {method}")?;
+        }
+        if self.without_predicted_path {
+            f.write_str("; no predicted path")?;
+        }
+        Ok(())
+    }
+}
+
+#[derive(Debug, Default)]
+pub(super) struct ContactBuffers {
+    boxes: Vec<OrientedBox>,
+    track: BoxTracks,
+}
+
+/// The worst risk of one kind, and the smallest acceleration found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tally {
+    pub(super) risk: RiskLevel,
+    pub(super) required_mps2: f64,
+    pub(super) threshold: f64,
+    pub(super) lacks_case: bool,
+}
+
+impl Tally {
+    pub(super) const NONE: Self =
+        Self { risk: RiskLevel::Safe, required_mps2: 0.0, threshold: f64::NAN, lacks_case: false };
+
+    pub(super) fn take(&mut self, risk: RiskLevel, required_mps2: f64, threshold: f64) {
+        if required_mps2 < self.required_mps2 || risk > self.risk {
+            self.threshold = threshold;
+        }
+        self.risk = self.risk.max(risk);
+        self.required_mps2 = self.required_mps2.min(required_mps2);
+    }
+
+    fn metric(&self, name: &'static str) -> Metric {
+        // A value is what was found; not-a-number says that nothing was found, but not everything was looked at.
+        let is_unknown = self.lacks_case && self.required_mps2 == 0.0 && self.risk == RiskLevel::Safe;
+        let value = if is_unknown { f64::NAN } else { self.required_mps2 };
+        Metric { name, value, threshold: self.threshold, risk: self.risk }
+    }
+}
+
+/// A finding with its place in time, so that the worst one can be shown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Finding {
+    pub(super) risk: RiskLevel,
+    /// Time after the objects' stamp \[s\].
+    pub(super) time_s: f64,
+    pub(super) place: PlanarPose,
+    pub(super) object: Uuid,
+    pub(super) cause: CollisionCause,
+}
+
+impl Finding {
+    /// Worse, or as bad and earlier; ties by object, so that the order of objects does not matter.
+    fn comes_before(&self, other: &Self) -> bool {
+        (other.risk.cmp(&self.risk))
+            .then(self.time_s.total_cmp(&other.time_s))
+            .then(self.object.cmp(&other.object))
+            .is_lt()
+    }
+}
+
+/// All that was found about a candidate.
+#[derive(Debug)]
+pub(super) struct Findings {
+    pub(super) path: Tally,
+    pub(super) arc: Tally,
+    pub(super) rss: Tally,
+    pub(super) worst: Option<Finding>,
+    pub(super) memo: CollisionMemo,
+}
+
+impl Findings {
+    pub(super) fn show(&mut self, finding: Finding) {
+        if finding.risk > RiskLevel::Safe
+            && self.worst.as_ref().is_none_or(|worst| finding.comes_before(worst))
+        {
+            self.worst = Some(finding);
+        }
+    }
+}
+
+pub(super) fn judgement(candidate: &Candidate, offset_s: f64, findings: &Findings) -> Judgement {
+    let metrics = smallvec![
+        findings.path.metric(PATH_METRIC),
+        findings.arc.metric(ARC_METRIC),
+        findings.rss.metric(RSS_METRIC),
+    ];
+    let risk = findings.path.risk.max(findings.arc.risk).max(findings.rss.risk);
+    let mut memo = findings.memo;
+    memo.cause = findings.worst.map(|worst| worst.cause);
+    Judgement {
+        feasible: risk < RiskLevel::Danger,
+        failure: None,
+        metrics,
+        evidence: findings.worst.map(|worst| evidence(candidate, worst.time_s - offset_s, &worst)),
+        memo: Memo::CollisionCheck(memo),
+    }
+}
+
+fn evidence(candidate: &Candidate, time_s: f64, finding: &Finding) -> Evidence {
+    let points = &candidate.points;
+    let after = points.partition_point(|point| point.time_from_start.seconds() <= time_s);
+    Evidence {
+        time_s,
+        x_m: finding.place.position.x,
+        y_m: finding.place.position.y,
+        object_id: Some(finding.object),
+        ..Evidence::at(candidate, after.saturating_sub(1))
+    }
+}
+
+/// The part of both slices after which the two bodies first touch, if they are exactly in step. `None` if they do
+/// not: the slices meet, the bodies at equal times perhaps do not.
+pub(super) fn first_contact(bodies: [(&Outline, &Slice); 2], buffers: &mut ContactBuffers) -> Option<f64> {
+    let box_at = |body: usize, ratio: f64| {
+        let (outline, slice) = bodies[body];
+        outline.box_at(&slice.start.between(&slice.end, ratio))
+    };
+    let ratio_of = |step: usize| step as f64 / CONTACT_STEPS as f64;
+    buffers.boxes.clear();
+    buffers.boxes.extend((0..=CONTACT_STEPS).map(|step| box_at(0, ratio_of(step))));
+    buffers.track.reset(1, CONTACT_STEPS + 1);
+    for step in 0..=CONTACT_STEPS {
+        buffers.track.set(0, step, &box_at(1, ratio_of(step)));
+    }
+    let step = buffers.track.first_collision(&buffers.boxes)?.step;
+    if step == 0 {
+        return Some(0.0);
+    }
+    let (mut apart, mut touching) = (ratio_of(step - 1), ratio_of(step));
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (apart + touching);
+        if box_at(0, middle).overlaps(&box_at(1, middle)) {
+            touching = middle;
+        } else {
+            apart = middle;
+        }
+    }
+    Some(touching)
+}
