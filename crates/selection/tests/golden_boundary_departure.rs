@@ -1,5 +1,7 @@
 //! The verdicts of upstream's boundary departure filter on recorded and made-up scenes are ours.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 #[path = "support/golden.rs"]
 mod golden;
 

@@ -21,7 +21,9 @@ fn statuses(steps: &[(f64, Option<Evaluation>)]) -> Vec<Status> {
 fn state_table() {
     use Status::{Clear, Critical, Pending};
     let (safe, late, soon) = (Some(finding(false, 3.0)), Some(finding(true, 3.0)), Some(finding(true, 0.1)));
-    let cases: [(&str, Vec<(f64, Option<Evaluation>)>, Vec<Status>); 7] = [
+    /// Name, evaluations at their times, expected status after each.
+    type Case = (&'static str, Vec<(f64, Option<Evaluation>)>, Vec<Status>);
+    let cases: [Case; 7] = [
         ("never seen: at once", vec![(1000.0, late)], vec![Critical]),
         ("on buffer", vec![(10.0, safe), (10.1, late), (10.2, late)], vec![Clear, Pending, Critical]),
         ("due at once", vec![(10.0, safe), (10.1, soon)], vec![Clear, Critical]),
