@@ -124,6 +124,25 @@ proptest! {
     }
 
     #[test]
+    fn segments_near_a_point(
+        lines in prop::collection::vec(prop::collection::vec((-20_i8..20, -20_i8..20), 1..8), 0..40),
+        x in -25_i8..25, y in -25_i8..25, reach in 0.0..12.0_f64,
+    ) {
+        let map = lattice_map(&lines);
+        let index = SegmentIndex::new(&map, &["road_border"]);
+        let point = [f64::from(x) / 2.0, f64::from(y) / 2.0];
+        let mut found = Vec::new();
+        index.near(point, reach, &mut found);
+        check_nearest(&index, point, found.len(), &found);
+        for segment in 0..index.segments().len() {
+            let away = distance(&index, segment, point);
+            if (away - reach).abs() > 1e-9 {
+                prop_assert_eq!(found.iter().any(|near| near.segment == segment), away < reach);
+            }
+        }
+    }
+
+    #[test]
     fn segments_in_a_box(
         lines in prop::collection::vec(prop::collection::vec((-20_i8..20, -20_i8..20), 1..8), 0..40),
         x in -22_i8..22, y in -22_i8..22, width in 0_i8..9, height in 0_i8..9,
@@ -159,6 +178,8 @@ fn an_index_of_nothing_answers_nothing() {
     let index = SegmentIndex::new(&map, &["road_border"]);
     let mut found = vec![NearSegment { distance: 0.0, segment: 0 }];
     index.nearest([0.0, 0.0], 5, &mut found);
+    assert!(found.is_empty());
+    index.near([0.0, 0.0], f64::INFINITY, &mut found);
     assert!(found.is_empty());
     let outlines = OutlineIndex::of_lanelets(&map, &["road"]);
     let mut places = vec![1];

@@ -17,11 +17,11 @@ use super::tolerance::{FARTHEST_M, ROUNDING_M};
 pub(super) const NEAREST: usize = 5;
 
 /// Side of a cell. Larger cells have longer neighbourhoods, smaller ones are made more often.
-const CELL_M: f64 = 2.0;
+const CELL_M: f64 = 1.0;
 /// Half the diagonal of a cell.
 const CELL_RADIUS_M: f64 = CELL_M * std::f64::consts::SQRT_2 / 2.0;
 /// Cells along each side of the window that a memo can hold at once: 128 m.
-const WINDOW: usize = 64;
+const WINDOW: usize = 128;
 /// Cells are counted from so far below that all their numbers are positive: truncation rounds down there.
 const ORIGIN_M: f64 = 1e9;
 /// Longest neighbourhood that is kept; longer ones are searched for each time.

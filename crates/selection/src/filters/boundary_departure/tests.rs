@@ -9,7 +9,7 @@ mod state;
 use proptest::prelude::*;
 
 use self::reference::Rule;
-use self::scenes::{Drive, MapSketch, drive, sketch};
+use self::scenes::{Drive, MapSketch, drive, scene_at, sketch};
 use super::*;
 use crate::test_scene::candidate_of;
 
@@ -80,6 +80,45 @@ proptest! {
             ..BoundaryDepartureParameters::default()
         };
         compare(&sketch, &drive, &parameters)?;
+    }
+
+    #[test]
+    fn verdicts_do_not_depend_on_other_candidates_or_their_order(
+        sketch in sketch(),
+        drives in prop::collection::vec(drive(), 6),
+        order in Just(vec![0, 1, 2]).prop_shuffle(),
+    ) {
+        let vehicle = VehicleInfo::default();
+        // Two cycles of three candidates.
+        let candidate = |cycle: usize, sample: usize| {
+            let mut candidate = candidate_of(drives[3 * cycle + sample].points.clone());
+            candidate.key.sample = sample as u32;
+            candidate
+        };
+        let run = |samples: &[usize]| {
+            let mut filter =
+                UncrossableBoundaryDepartureFilter::new(BoundaryDepartureParameters::default(), vehicle);
+            let mut scratch = Scratch::default();
+            let mut judgements = vec![Vec::new(); 3];
+            for (cycle, time_s) in [10.0, 10.1].into_iter().enumerate() {
+                let scene = scene_at(time_s, 5.0, &vehicle, &sketch);
+                filter.observe(&scene);
+                let judged = samples.iter().map(|&sample| {
+                    let candidate = candidate(cycle, sample);
+                    let judgement = filter.judge(&scene, &candidate, &mut scratch);
+                    judgements[sample].push(judgement.clone());
+                    (candidate, judgement)
+                });
+                let judged: Vec<(Candidate, Judgement)> = judged.collect();
+                let judged: Vec<_> = judged.iter().map(|(candidate, judgement)| (candidate, judgement)).collect();
+                filter.remember(&judged);
+            }
+            judgements
+        };
+        let together = run(&order);
+        for (sample, judgements) in together.iter().enumerate() {
+            prop_assert_eq!(&run(&[sample])[sample], judgements);
+        }
     }
 
     #[test]
