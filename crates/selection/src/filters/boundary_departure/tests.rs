@@ -2,6 +2,7 @@
 //! scenes the filter finds, to the last bit, what looking at every border at every point finds.
 
 mod cases;
+mod neighbourhoods;
 mod reference;
 mod scenes;
 mod state;
