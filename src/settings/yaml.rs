@@ -115,14 +115,18 @@ struct Reader<'text> {
 }
 
 impl<'text> Reader<'text> {
+    /// The next event that is not a comment.
     fn next(&mut self) -> Result<(Event<'text>, Span), Fault> {
-        match self.parser.next_event() {
-            Some(Ok((event, span))) => {
-                self.at = position(&span);
-                Ok((event, span))
+        loop {
+            match self.parser.next_event() {
+                Some(Ok((Event::Comment(..), _))) => {}
+                Some(Ok((event, span))) => {
+                    self.at = position(&span);
+                    return Ok((event, span));
+                }
+                Some(Err(error)) => return Err(syntax(&error)),
+                None => return Ok((Event::StreamEnd, Span::default())),
             }
-            Some(Err(error)) => Err(syntax(&error)),
-            None => Ok((Event::StreamEnd, Span::default())),
         }
     }
 
