@@ -2,3 +2,15 @@
 //! missing.
 //!
 //! Pure: no threads, clocks, files or logging. Time is an argument, deadlines are a question the caller answers.
+//!
+//! Conventions: SI units; poses are those of the middle of the rear axle; yaw counter-clockwise; curvature and steering
+//! positive to the left; arc lengths, speeds and accelerations along the vehicle's heading, so reverse motion has
+//! negative speed, and curvature = dyaw/ds = tan(steering angle) / wheel base holds in both gears.
+
+pub mod pose;
+pub mod problem;
+pub mod trajectory;
+
+pub use pose::{Gear, PlanarPose};
+pub use problem::{Limits, Problem};
+pub use trajectory::{Trajectory, TrajectoryPoint};
