@@ -12,6 +12,7 @@ pub mod verify;
 
 pub use failure::Failure;
 
+use crate::report::page::Page;
 use crate::report::summary::{Common, RunSummary};
 use crate::report::table;
 use crate::session::Ended;
@@ -20,7 +21,7 @@ use clap::{Args, Parser, Subcommand};
 use selector_actors::topics::NODE_NAME;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Validates candidate trajectories in parallel and hands on those that are safe.
 #[derive(Debug, Parser)]
@@ -245,20 +246,33 @@ struct Answer<'a, T> {
     report: &'a T,
 }
 
-/// The summary of a session that has ended, well or not.
+/// The summary of a session that has ended, well or not; its page goes to the file.
 pub(crate) fn summarise(
     command: &'static str,
     ended: Ended,
     mut warnings: Vec<Failure>,
     settings: &Settings,
     threads: usize,
-) -> RunSummary {
+    page_file: Option<&Path>,
+) -> Result<RunSummary, Failure> {
     warnings.extend(settings.warnings().iter().map(|warning| Failure::note("settings", warning.to_string())));
     warnings.extend(ended.warnings);
     let mut common = Common::new(command, ended.errors, warnings);
     common.settings_hash = Some(settings.settings_hash());
     common.threads = Some(threads);
-    RunSummary::new(common, ended.result)
+    let summary = RunSummary::new(common, ended.result);
+    if let (Some(page), Some(file)) = (ended.page, page_file) {
+        write_page(page, &summary, file)?;
+    }
+    Ok(summary)
+}
+
+fn write_page(page: Page, summary: &RunSummary, file: &Path) -> Result<(), Failure> {
+    let failed = |error: &dyn std::fmt::Display| {
+        Failure::output(format!("{} cannot be written: {error}; choose another --report", file.display()))
+    };
+    let page = page.finish(summary).map_err(|error| failed(&error))?;
+    std::fs::write(file, page).map_err(|error| failed(&error))
 }
 
 fn tell(failure: &Failure) {

@@ -1,6 +1,7 @@
 //! The way out into a file: writes what the node publishes, and counts it.
 
 use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
+use crate::report::page::Page;
 use crate::report::statistics::Statistics;
 use messages::Interface;
 use selector_actors::cycle::{CycleReport, CycleTimes};
@@ -16,6 +17,8 @@ pub struct Recording {
     pub statistics: Statistics,
     /// The cycle that somebody wants to look at, once it has come.
     pub watched: Option<CycleReport>,
+    /// The page for people, if one is wanted.
+    pub page: Option<Page>,
     watch: Option<u64>,
     writer: Option<Writer>,
 }
@@ -100,6 +103,9 @@ impl Sink for Recorder {
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
         let mut recording = self.lock();
         recording.statistics.add(report, times);
+        if let Some(page) = &mut recording.page {
+            page.add(report, times);
+        }
         if recording.watch == Some(report.cycle.number) {
             recording.watched = Some(report.clone());
         }

@@ -7,6 +7,7 @@
 use crate::commands::Failure;
 use crate::drive::{Event, TimedInput};
 use crate::recorder::Recorder;
+use crate::report::page::Page;
 use crate::report::summary::{Input as InputSummary, Received, RunResult};
 use crate::settings::Settings;
 use crossbeam_channel::bounded;
@@ -73,6 +74,8 @@ pub struct Session {
     pub map: Option<Arc<Map>>,
     /// Number of a cycle to keep for a closer look.
     pub watch: Option<u64>,
+    /// Whether to gather the report page.
+    pub page: bool,
     /// Whether to draw a progress bar.
     pub progress: bool,
 }
@@ -84,6 +87,8 @@ pub struct Ended {
     pub result: RunResult,
     /// The cycle that was asked for, if it came.
     pub watched: Option<CycleReport>,
+    /// The report page, if it was asked for; it lacks the result of the run.
+    pub page: Option<Page>,
     /// What stopped the session early, if anything; what was done before stands.
     pub errors: Vec<Failure>,
     /// What was odd.
@@ -107,6 +112,9 @@ impl Session {
         };
         if let Some(cycle) = self.watch {
             recorder.watch(cycle);
+        }
+        if self.page {
+            recorder.lock().page = Some(Page::new(validator_of(settings)?));
         }
         let clock = Clock::stepped(self.span.0);
         let config = self.config(settings, clock)?;
@@ -145,6 +153,7 @@ impl Session {
         }
         let statistics = std::mem::take(&mut recorder.lock().statistics);
         let watched = recorder.lock().watched.take();
+        let page = recorder.lock().page.take();
         let result = RunResult {
             input: self.input,
             interface: self.interface.name(),
@@ -154,12 +163,11 @@ impl Session {
             output,
             wall: started.elapsed(),
         };
-        Ok(Ended { result, watched, errors, warnings })
+        Ok(Ended { result, watched, page, errors, warnings })
     }
 
     fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
-        let vehicle = vehicle_of(settings)?;
-        let validator = Validator::new(settings.validator.clone(), &vehicle)?;
+        let (vehicle, validator) = (vehicle_of(settings)?, validator_of(settings)?);
         Ok(Config {
             clock,
             threads: self.threads,
@@ -189,6 +197,11 @@ pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
         vehicle_height_m: vehicle.vehicle_height,
         max_steer_angle_rad: vehicle.max_steer_angle,
     })?)
+}
+
+/// The filters that the settings load.
+pub(crate) fn validator_of(settings: &Settings) -> Result<Validator, Failure> {
+    Ok(Validator::new(settings.validator.clone(), &vehicle_of(settings)?)?)
 }
 
 /// A drive of which no candidate message can be decoded was judged by nobody, however smoothly it ran.

@@ -19,6 +19,9 @@ pub struct DemoArguments {
     /// Seed of the road's traffic.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Write the run as one HTML page to this file: every cycle, every verdict, every reason.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
@@ -47,8 +50,9 @@ pub fn run(arguments: &DemoArguments, progress: bool) -> Result<RunSummary, Fail
         output: Some(arguments.output.join("demo.mcap")),
         map: None,
         watch: None,
+        page: arguments.report.is_some(),
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, scenario.drive().map(Event::Input))?;
-    Ok(summarise("demo", ended, Vec::new(), &settings, threads))
+    summarise("demo", ended, Vec::new(), &settings, threads, arguments.report.as_deref())
 }

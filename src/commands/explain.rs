@@ -4,9 +4,8 @@ use super::{Failure, JudgeArguments};
 use crate::drive::{Drive, Remap};
 use crate::report::explanation::{self, Explanation};
 use crate::report::summary::Input;
-use crate::session::{Rate, Session, vehicle_of};
+use crate::session::{Rate, Session, validator_of};
 use clap::Args;
-use selection::Validator;
 use selector_actors::Outcome;
 use std::path::PathBuf;
 
@@ -50,6 +49,7 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         output: None,
         map,
         watch: Some(arguments.cycle),
+        page: false,
         progress: false,
     };
     let ended = session.run(&settings, drive)?;
@@ -65,7 +65,7 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         return Err(Failure::usage(format!("cycle {} judged nothing: {why}", arguments.cycle)));
     };
     // The run's own validator is gone with the node; one of the same settings names and words things alike.
-    let validator = Validator::new(settings.validator.clone(), &vehicle_of(&settings)?)?;
+    let validator = validator_of(&settings)?;
     let cycle = &report.cycle;
     let mut explanation = explanation::explain(
         &validator,

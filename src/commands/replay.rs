@@ -21,6 +21,9 @@ pub struct ReplayArguments {
     /// Write what the node publishes to this file.
     #[arg(long, value_name = "OUT.mcap")]
     pub output: Option<PathBuf>,
+    /// Write the run as one HTML page to this file: every cycle, every verdict, every reason.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
@@ -66,10 +69,11 @@ pub fn run(arguments: &ReplayArguments, progress: bool) -> Result<RunSummary, Fa
         output: arguments.output.clone(),
         map,
         watch: None,
+        page: arguments.report.is_some(),
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, drive)?;
-    Ok(summarise("replay", ended, warnings, &settings, threads))
+    summarise("replay", ended, warnings, &settings, threads, arguments.report.as_deref())
 }
 
 pub(super) fn load_map(path: &Path) -> Result<Arc<Map>, Failure> {
