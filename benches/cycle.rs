@@ -11,14 +11,15 @@
     reason = "a benchmark is a program of its own and fails by panicking"
 )]
 
+#[path = "../actors/tests/support/inputs.rs"]
+mod inputs;
+
 use crossbeam_channel::{Sender, unbounded};
-use lanelet_map::MapBuilder;
-use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
+use inputs::{candidate_set, one_lanelet};
+use messages::autoware_internal_planning_msgs::CandidateTrajectories;
 use messages::autoware_planning_msgs::TrajectoryPoint;
 use messages::builtin_interfaces::{Duration as Span, Time};
 use messages::geometry_msgs::{Point, Pose, Quaternion};
-use messages::std_msgs::{Header, Text};
-use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
 use selection::Validator;
 use selection::parameters::ValidatorParameters;
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 const CANDIDATES: u8 = 64;
+const GENERATORS: u8 = 8;
 const POINTS: u32 = 80;
 const CYCLES: usize = 2000;
 
@@ -122,7 +124,7 @@ fn measure(threads: usize) -> Vec<Sample> {
     };
     let system = SelectorSystem::start(config, Box::new(Stopwatch(sender))).unwrap();
     for input in [
-        Input::ReadyMap(Arc::new(map()), "map".into()),
+        Input::ReadyMap(Arc::new(one_lanelet()), "map".into()),
         Input::Odometry(Default::default()),
         Input::Objects(Default::default()),
         Input::Acceleration(Default::default()),
@@ -137,17 +139,6 @@ fn measure(threads: usize) -> Vec<Sample> {
     let samples: Vec<Sample> = samples.try_iter().collect();
     assert_eq!(samples.len(), CYCLES);
     samples
-}
-
-fn map() -> lanelet_map::Map {
-    let mut builder = MapBuilder::new();
-    for (id, x, y) in [(1, 0.0, 2.0), (2, 50.0, 2.0), (3, 0.0, -2.0), (4, 50.0, -2.0)] {
-        builder.point(id, [x, y, 0.0], &[]).unwrap();
-    }
-    builder.line_string(11, &[1, 2], &[]).unwrap();
-    builder.line_string(12, &[3, 4], &[]).unwrap();
-    builder.lanelet(21, 11, 12, &[("subtype", "road")]).unwrap();
-    builder.build().unwrap()
 }
 
 /// Gentle curves at 8 m/s, each a little different.
@@ -169,20 +160,8 @@ fn anchor() -> Arc<CandidateTrajectories> {
             ..TrajectoryPoint::default()
         }
     };
-    let candidate = |number: u8| {
-        Arc::new(CandidateTrajectory {
-            header: Header { stamp: Time { sec: 10, nanosec: 0 }, frame_id: "map".to_owned() },
-            generator_id: Uuid { uuid: [number % 8; 16] },
-            points: (0..POINTS).map(|index| point(number, index)).collect(),
-            ..CandidateTrajectory::default()
-        })
-    };
-    let info = |number: u8| GeneratorInfo {
-        generator_id: Uuid { uuid: [number; 16] },
-        generator_name: Text { data: format!("DiffusionPlanner_{number}") },
-    };
-    Arc::new(CandidateTrajectories {
-        candidate_trajectories: (0..CANDIDATES).map(candidate).collect(),
-        generator_info: (0..8).map(info).collect(),
-    })
+    let generators = (0..GENERATORS).map(|number| (number, format!("DiffusionPlanner_{number}")));
+    let candidates = (0..CANDIDATES)
+        .map(|number| (number % GENERATORS, (0..POINTS).map(|index| point(number, index)).collect()));
+    candidate_set(Time { sec: 10, nanosec: 0 }, generators, candidates)
 }

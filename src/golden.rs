@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
 use selection::parameters::ValidatorParameters;
 use selection::{Candidate, Scene};
@@ -150,6 +151,8 @@ pub enum ExpectedVerdict {
         feasible: bool,
         /// Measurements in order.
         metrics: Vec<ExpectedMetric>,
+        /// Those for whom the vehicle would have to wait, in order.
+        safety_factors: Vec<ExpectedFactor>,
     },
     /// It answers with an error, which keeps the candidate in. The text is not binding.
     Error(String),
@@ -164,6 +167,17 @@ pub struct ExpectedMetric {
     pub value: f64,
     /// Level from 0, safe, to 3, danger.
     pub level: u8,
+}
+
+/// A road user named in a planning factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExpectedFactor {
+    /// Who.
+    pub object_id: Uuid,
+    /// Where, in the map frame, m.
+    pub x_m: f64,
+    /// Where, in the map frame, m.
+    pub y_m: f64,
 }
 
 impl Sequence {

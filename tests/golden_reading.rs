@@ -64,7 +64,10 @@ fn sequence() -> Value {
                 "traffic_light_filter": {"throws": "no"},
                 "crosswalk_filter": {
                     "feasible": true, "metrics": [],
-                    "true_nearest": {"feasible": false, "metrics": [["m", "-inf", 3]]}
+                    "true_nearest": {
+                        "feasible": false, "metrics": [["m", "-inf", 3]],
+                        "safety_factors": [["000102030405060708090a0b0c0d0e0f", 5.0, 6.0]]
+                    }
                 },
                 "another_filter": 7,
                 "fragile": ["crosswalk_filter"]
@@ -167,10 +170,14 @@ fn expectations_are_those_that_bind_us() {
     assert_eq!(expected.fragile, ["crosswalk_filter"]);
     assert_eq!(expected.verdicts.len(), 2, "only the filters of the file");
     assert_eq!(expected.verdicts["traffic_light_filter"], ExpectedVerdict::Error("no".to_owned()));
-    let ExpectedVerdict::Judged { feasible, metrics } = &expected.verdicts["crosswalk_filter"] else {
+    let ExpectedVerdict::Judged { feasible, metrics, safety_factors } =
+        &expected.verdicts["crosswalk_filter"]
+    else {
         panic!("judged")
     };
     assert_eq!((*feasible, metrics[0].value, metrics[0].level), (false, f64::NEG_INFINITY, 3));
+    let factor = &safety_factors[0];
+    assert_eq!((factor.object_id.uuid[15], factor.x_m, factor.y_m), (15, 5.0, 6.0));
 }
 
 #[test]

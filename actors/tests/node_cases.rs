@@ -3,14 +3,16 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp_const, reason = "a test fails by panicking")]
 
+#[path = "support/inputs.rs"]
+mod inputs;
+
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use inputs::{candidate_set, one_lanelet};
 use lanelet_map::MapBuilder;
-use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
+use messages::autoware_internal_planning_msgs::CandidateTrajectories;
 use messages::autoware_planning_msgs::TrajectoryPoint;
 use messages::builtin_interfaces::{Duration, Time};
 use messages::diagnostic_msgs::DiagnosticStatus;
-use messages::std_msgs::{Header, Text};
-use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
 use selection::parameters::ValidatorParameters;
 use selection::{Candidate, Enforcement, Filter, Judgement, Scene, Scratch, Validator};
@@ -143,17 +145,6 @@ fn at(milliseconds: i64) -> Time {
     Time::from_nanoseconds(milliseconds * 1_000_000)
 }
 
-fn one_lanelet() -> lanelet_map::Map {
-    let mut builder = MapBuilder::new();
-    for (id, x, y) in [(1, 0.0, 2.0), (2, 50.0, 2.0), (3, 0.0, -2.0), (4, 50.0, -2.0)] {
-        builder.point(id, [x, y, 0.0], &[]).unwrap();
-    }
-    builder.line_string(11, &[1, 2], &[]).unwrap();
-    builder.line_string(12, &[3, 4], &[]).unwrap();
-    builder.lanelet(21, 11, 12, &[("subtype", "road")]).unwrap();
-    builder.build().unwrap()
-}
-
 /// One candidate of two points for each `(generator, name, speed)`.
 fn message_at(stamp_ms: i64, candidates: &[(u8, &str, f32)]) -> Arc<CandidateTrajectories> {
     let point = |index: i64, speed: f32| TrajectoryPoint {
@@ -161,22 +152,10 @@ fn message_at(stamp_ms: i64, candidates: &[(u8, &str, f32)]) -> Arc<CandidateTra
         longitudinal_velocity_mps: speed,
         ..TrajectoryPoint::default()
     };
-    let candidate = |&(generator, _, speed): &(u8, &str, f32)| {
-        Arc::new(CandidateTrajectory {
-            header: Header { stamp: at(stamp_ms), frame_id: "map".to_owned() },
-            generator_id: Uuid { uuid: [generator; 16] },
-            points: vec![point(0, speed), point(1, speed)],
-            ..CandidateTrajectory::default()
-        })
-    };
-    let info = |&(generator, name, _): &(u8, &str, f32)| GeneratorInfo {
-        generator_id: Uuid { uuid: [generator; 16] },
-        generator_name: Text { data: name.to_owned() },
-    };
-    Arc::new(CandidateTrajectories {
-        candidate_trajectories: candidates.iter().map(candidate).collect(),
-        generator_info: candidates.iter().map(info).collect(),
-    })
+    let generators = candidates.iter().map(|&(generator, name, _)| (generator, name.to_owned()));
+    let trajectories =
+        candidates.iter().map(|&(generator, _, speed)| (generator, vec![point(0, speed), point(1, speed)]));
+    candidate_set(at(stamp_ms), generators, trajectories)
 }
 
 fn ready_node() -> Node {

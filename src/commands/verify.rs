@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use selection::filters::CLASSES;
+use messages::unique_identifier_msgs::Uuid;
+use selection::filters::{CLASSES, crosswalk};
 use selection::parameters::FilterClass;
 use selection::verdict::Failure;
 use selection::{Judgement, Scratch, Validator, Verdict, data_validity};
@@ -153,7 +154,8 @@ pub struct Difference {
     pub listed_deviation: Option<&'static str>,
 }
 
-/// A verdict in the form of the files: `{"feasible", "metrics": [[name, value, level]]}`, `{"error"}` or `{"panic"}`.
+/// A verdict in the form of the files: `{"feasible", "metrics": [[name, value, level]]}`, where somebody has to be
+/// waited for with `"safety_factors": [[object, x, y]]`, or `{"error"}`, or `{"panic"}`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ShownVerdict {
@@ -163,6 +165,9 @@ pub enum ShownVerdict {
         feasible: bool,
         /// Name, value and level of each measurement.
         metrics: Vec<(String, Number, u8)>,
+        /// Those to wait for, and where they are, m.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        safety_factors: Vec<(String, Number, Number)>,
     },
     /// The filter could not judge.
     Error {
@@ -176,6 +181,10 @@ pub enum ShownVerdict {
     },
 }
 
+fn shown_factor(object_id: Uuid, x_m: f64, y_m: f64) -> (String, Number, Number) {
+    (object_id.to_string(), Number(x_m), Number(y_m))
+}
+
 impl From<&Judgement> for ShownVerdict {
     fn from(judgement: &Judgement) -> Self {
         match &judgement.failure {
@@ -184,7 +193,9 @@ impl From<&Judgement> for ShownVerdict {
             None => {
                 let metrics = judgement.metrics.iter();
                 let metrics = metrics.map(|m| (m.name.to_owned(), Number(m.value), m.risk as u8)).collect();
-                Self::Judged { feasible: judgement.feasible, metrics }
+                let factors = crosswalk::safety_factors(judgement).iter();
+                let factors = factors.map(|f| shown_factor(f.object_id, f.position.x, f.position.y));
+                Self::Judged { feasible: judgement.feasible, metrics, safety_factors: factors.collect() }
             }
         }
     }
@@ -194,10 +205,11 @@ impl From<&ExpectedVerdict> for ShownVerdict {
     fn from(verdict: &ExpectedVerdict) -> Self {
         match verdict {
             ExpectedVerdict::Error(error) => Self::Error { error: error.clone() },
-            ExpectedVerdict::Judged { feasible, metrics } => {
+            ExpectedVerdict::Judged { feasible, metrics, safety_factors } => {
                 let metrics = metrics.iter();
                 let metrics = metrics.map(|m| (m.name.clone(), Number(m.value), m.level)).collect();
-                Self::Judged { feasible: *feasible, metrics }
+                let factors = safety_factors.iter().map(|f| shown_factor(f.object_id, f.x_m, f.y_m));
+                Self::Judged { feasible: *feasible, metrics, safety_factors: factors.collect() }
             }
         }
     }
@@ -296,6 +308,7 @@ fn check_data_validity(report: &mut VerifyReport, place: &Place<'_>) {
             value: f64::from(place.expected.data_validity),
             level: if place.expected.data_validity == 0 { 0 } else { 3 },
         }],
+        safety_factors: Vec::new(),
     };
     record(report, place, data_validity::NAME, &place.verdict.data_validity, &expected);
 }
@@ -403,11 +416,14 @@ impl fmt::Display for ShownVerdict {
         match self {
             Self::Error { error } => write!(f, "error: {error}"),
             Self::Panic { panic } => write!(f, "panic: {panic}"),
-            Self::Judged { feasible, metrics } => {
+            Self::Judged { feasible, metrics, safety_factors } => {
                 f.write_str(if *feasible { "accepted" } else { "rejected" })?;
-                metrics
+                for (name, value, level) in metrics {
+                    write!(f, "  {name} {:?} level {level}", value.0)?;
+                }
+                safety_factors
                     .iter()
-                    .try_for_each(|(name, value, level)| write!(f, "  {name} {:?} level {level}", value.0))
+                    .try_for_each(|(object, x, y)| write!(f, "  for {object} at {:?} {:?}", x.0, y.0))
             }
         }
     }

@@ -123,6 +123,8 @@ pub(super) struct VerdictFile {
     pub(super) feasible: Option<bool>,
     #[serde(default)]
     pub(super) metrics: Vec<(String, Number, u8)>,
+    #[serde(default)]
+    pub(super) safety_factors: Vec<(HexId, Number, Number)>,
     pub(super) error: Option<String>,
     pub(super) throws: Option<String>,
     pub(super) true_nearest: Option<Box<VerdictFile>>,

@@ -22,10 +22,12 @@ use serde::Deserialize as _;
 use serde_json::Value;
 
 use super::file::{
-    AccelerationFile, CandidateFile, CycleFile, ExpectedFile, FormatOnly, ObjectFile, OdometryFile,
+    AccelerationFile, CandidateFile, CycleFile, ExpectedFile, FormatOnly, HexId, ObjectFile, OdometryFile,
     SequenceFile, SignalFile, VehicleFile, VerdictFile,
 };
-use super::{Cycle, Expected, ExpectedMetric, ExpectedVerdict, FORMAT, GoldenError, Maps, Sequence};
+use super::{
+    Cycle, Expected, ExpectedFactor, ExpectedMetric, ExpectedVerdict, FORMAT, GoldenError, Maps, Sequence,
+};
 use crate::json::Number;
 
 /// The frame of everything in a sequence.
@@ -198,7 +200,10 @@ fn verdict_of(file: VerdictFile) -> Option<ExpectedVerdict> {
     }
     let metrics = file.metrics.into_iter();
     let metrics = metrics.map(|(name, Number(value), level)| ExpectedMetric { name, value, level }).collect();
-    file.feasible.map(|feasible| ExpectedVerdict::Judged { feasible, metrics })
+    let factors = file.safety_factors.into_iter();
+    let safety_factors =
+        factors.map(|(HexId(object_id), x, y)| ExpectedFactor { object_id, x_m: x.0, y_m: y.0 }).collect();
+    file.feasible.map(|feasible| ExpectedVerdict::Judged { feasible, metrics, safety_factors })
 }
 
 /// All parameters as JSON, with the overrides so far.

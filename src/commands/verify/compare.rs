@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use selection::filters::crosswalk::{self, SafetyFactor};
 use selection::verdict::Failure;
 use selection::{Judgement, Metric};
 use serde::Serialize;
 
-use crate::golden::{ExpectedMetric, ExpectedVerdict};
+use crate::golden::{ExpectedFactor, ExpectedMetric, ExpectedVerdict};
 
 /// What is different, the gravest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -24,6 +25,8 @@ pub enum Kind {
     Level,
     /// The value of a metric, beyond its tolerance.
     Value,
+    /// Other road users to wait for, or at other places.
+    SafetyFactors,
 }
 
 impl fmt::Display for Kind {
@@ -35,6 +38,7 @@ impl fmt::Display for Kind {
             Self::Metrics => "metrics",
             Self::Level => "level",
             Self::Value => "value",
+            Self::SafetyFactors => "safety factors",
         })
     }
 }
@@ -83,7 +87,7 @@ pub(super) fn compare(ours: &Judgement, expected: &ExpectedVerdict) -> Compariso
         _ if ours.feasible != expected_feasible => Some(Kind::Feasibility),
         (Some(Failure::NotAssessed(_)), ExpectedVerdict::Error(_)) => None,
         (Some(_), _) | (None, ExpectedVerdict::Error(_)) => Some(Kind::Error),
-        (None, ExpectedVerdict::Judged { metrics, .. }) => {
+        (None, ExpectedVerdict::Judged { metrics, safety_factors, .. }) => {
             let same_names = ours.metrics.len() == metrics.len()
                 && ours.metrics.iter().zip(metrics).all(|(ours, expected)| ours.name == expected.name);
             let pairs = || ours.metrics.iter().zip(metrics);
@@ -94,7 +98,9 @@ pub(super) fn compare(ours: &Judgement, expected: &ExpectedVerdict) -> Compariso
                     pairs().map(|(ours, expected)| difference(ours, expected)).fold(0.0, f64::max);
                 let levels = pairs().all(|(ours, expected)| ours.risk as u8 == expected.level);
                 let values = pairs().all(|(ours, expected)| same_value(ours, expected));
-                (!levels).then_some(Kind::Level).or((!values).then_some(Kind::Value))
+                let factors = same_factors(crosswalk::safety_factors(ours), safety_factors);
+                let first = [(levels, Kind::Level), (values, Kind::Value), (factors, Kind::SafetyFactors)];
+                first.into_iter().find_map(|(equal, kind)| (!equal).then_some(kind))
             }
         }
     };
@@ -112,6 +118,15 @@ fn same_value(ours: &Metric, expected: &ExpectedMetric) -> bool {
     }
 }
 
+fn same_factors(ours: &[SafetyFactor], expected: &[ExpectedFactor]) -> bool {
+    let of_ours = |factor: &SafetyFactor| ExpectedFactor {
+        object_id: factor.object_id,
+        x_m: factor.position.x,
+        y_m: factor.position.y,
+    };
+    ours.iter().map(of_ours).eq(expected.iter().cloned())
+}
+
 /// Absolute difference; infinite where only one of two is a number or a measurement.
 fn difference(ours: &Metric, expected: &ExpectedMetric) -> f64 {
     let (a, b) = (ours.value, expected.value);
@@ -127,6 +142,7 @@ fn difference(ours: &Metric, expected: &ExpectedMetric) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::unique_identifier_msgs::Uuid;
     use selection::RiskLevel;
 
     fn ours(feasible: bool, name: &'static str, value: f64, risk: RiskLevel) -> Judgement {
@@ -136,7 +152,7 @@ mod tests {
 
     fn expected(feasible: bool, name: &str, value: f64, level: u8) -> ExpectedVerdict {
         let metric = ExpectedMetric { name: name.to_owned(), value, level };
-        ExpectedVerdict::Judged { feasible, metrics: vec![metric] }
+        ExpectedVerdict::Judged { feasible, metrics: vec![metric], safety_factors: vec![] }
     }
 
     fn kind_of_values(name: &'static str, ours_value: f64, expected_value: f64) -> Option<Kind> {
@@ -172,12 +188,19 @@ mod tests {
         let panic = Judgement::panicked("text".to_owned());
         let not_assessed = Judgement::not_assessed("no route");
         let error = ExpectedVerdict::Error("Route is not available".to_owned());
+        let nothing_measured =
+            ExpectedVerdict::Judged { feasible: true, metrics: vec![], safety_factors: vec![] };
+        let mut with_somebody = expected(true, name, 1.0, 1);
+        if let ExpectedVerdict::Judged { safety_factors, .. } = &mut with_somebody {
+            safety_factors.push(ExpectedFactor { object_id: Uuid::default(), x_m: 0.0, y_m: 0.0 });
+        }
         let cases = [
             (&judged, expected(true, name, 1.0, 1), None),
             (&judged, expected(false, name, 9.0, 2), Some(Kind::Feasibility)),
             (&judged, expected(true, name, 9.0, 2), Some(Kind::Level)),
             (&judged, expected(true, "check_acceleration", 1.0, 1), Some(Kind::Metrics)),
-            (&judged, ExpectedVerdict::Judged { feasible: true, metrics: vec![] }, Some(Kind::Metrics)),
+            (&judged, nothing_measured, Some(Kind::Metrics)),
+            (&judged, with_somebody, Some(Kind::SafetyFactors)),
             (&judged, error.clone(), Some(Kind::Feasibility)),
             (&ours(false, name, 1.0, RiskLevel::Danger), error.clone(), Some(Kind::Error)),
             (&not_assessed, error.clone(), None),

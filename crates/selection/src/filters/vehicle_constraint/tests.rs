@@ -132,21 +132,23 @@ fn steering_angle_case() {
     assert!(judge(&path(&zigzag[..3]), limits).feasible, "below five points there is no smoothed angle");
 }
 
+/// Three metres ahead, three to the left, two back.
+const TURN: [(f64, f64); 9] = [
+    (0.0, 0.0),
+    (1.0, 0.0),
+    (2.0, 0.0),
+    (3.0, 0.0),
+    (3.0, 1.0),
+    (3.0, 2.0),
+    (3.0, 3.0),
+    (2.0, 3.0),
+    (1.0, 3.0),
+];
+
 #[test]
 fn steering_rate_case() {
-    let turn = [
-        (0.0, 0.0),
-        (1.0, 0.0),
-        (2.0, 0.0),
-        (3.0, 0.0),
-        (3.0, 1.0),
-        (3.0, 2.0),
-        (3.0, 3.0),
-        (2.0, 3.0),
-        (1.0, 3.0),
-    ];
     let limits = limits(|limits| (limits.max_steering_angle, limits.max_steering_rate) = (9.0, 0.1));
-    let judgement = judge(&path(&turn), limits.clone());
+    let judgement = judge(&path(&TURN), limits.clone());
     assert_eq!(violated(&judgement), ["check_steering_rate"]);
     assert!((value(&judgement, "check_steering_rate") - 0.259_030_705_515_726_27).abs() < 1e-12);
     assert_eq!(judgement.evidence.unwrap().index, 4, "the first index has a rate of 0.0648");
@@ -156,18 +158,8 @@ fn steering_rate_case() {
 
 #[test]
 fn where_no_time_passes_there_is_no_rate() {
-    let turn = path(&[
-        (0.0, 0.0),
-        (1.0, 0.0),
-        (2.0, 0.0),
-        (3.0, 0.0),
-        (3.0, 1.0),
-        (3.0, 2.0),
-        (3.0, 3.0),
-        (2.0, 3.0),
-    ]);
     let limits = limits(|limits| (limits.max_steering_angle, limits.max_steering_rate) = (9.0, 0.1));
-    assert!(judge_points(trajectory(&turn, 0.0), limits).feasible);
+    assert!(judge_points(trajectory(&path(&TURN), 0.0), limits).feasible);
 }
 
 #[test]
