@@ -43,6 +43,14 @@ pub enum DecodeErrorKind {
     /// A string without its final NUL.
     #[error("a string of {0} bytes does not end with NUL")]
     UnterminatedString(u32),
+    /// A bounded sequence with more elements than its type allows.
+    #[error("a sequence of at most {limit} has {count} elements")]
+    TooManyElements {
+        /// Elements on the wire.
+        count: usize,
+        /// Elements that the type allows.
+        limit: usize,
+    },
     /// A bool that is neither 0 nor 1.
     #[error("{0} is no bool")]
     InvalidBool(u8),
@@ -141,7 +149,7 @@ macro_rules! primitive {
     )*};
 }
 
-primitive!(i32: "int32", i64: "int64", u16: "uint16", u32: "uint32", f32: "float32", f64: "float64");
+primitive!(i32: "int32", i64: "int64", u16: "uint16", u32: "uint32", u64: "uint64", f32: "float32", f64: "float64");
 
 impl Cdr for u8 {
     const MIN_BYTES: usize = 1;
@@ -274,6 +282,34 @@ impl<T: Cdr> Cdr for Vec<T> {
 
     fn definition_name() -> Cow<'static, str> {
         Cow::Owned(format!("{}[]", T::definition_name()))
+    }
+
+    fn collect_definitions(definitions: &mut Definitions) {
+        T::collect_definitions(definitions);
+    }
+}
+
+/// A bounded sequence of at most one element, `T[<=1]`.
+impl<T: Cdr> Cdr for Option<T> {
+    const MIN_BYTES: usize = 4;
+
+    fn encode(&self, writer: &mut Writer) {
+        writer.put_length(usize::from(self.is_some()));
+        if let Some(value) = self {
+            value.encode(writer);
+        }
+    }
+
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeErrorKind> {
+        match reader.take_length(T::MIN_BYTES)? {
+            0 => Ok(None),
+            1 => T::decode(reader).map(Some),
+            count => Err(DecodeErrorKind::TooManyElements { count, limit: 1 }),
+        }
+    }
+
+    fn definition_name() -> Cow<'static, str> {
+        Cow::Owned(format!("{}[<=1]", T::definition_name()))
     }
 
     fn collect_definitions(definitions: &mut Definitions) {

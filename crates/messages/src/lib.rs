@@ -31,6 +31,7 @@ pub mod cdr;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;
 pub mod nav_msgs;
+pub mod rcl_interfaces;
 pub mod rosgraph_msgs;
 pub mod sensor_msgs;
 pub mod std_msgs;

@@ -38,7 +38,7 @@ macro_rules! sample_integers {
     )*};
 }
 
-sample_integers!(u8, u16, u32, i32, i64);
+sample_integers!(u8, u16, u32, u64, i32, i64);
 
 impl Sample for f64 {
     fn sample(random: &mut Random) -> Self {
@@ -82,6 +82,12 @@ impl<T: Sample> Sample for Vec<T> {
     }
 }
 
+impl<T: Sample> Sample for Option<T> {
+    fn sample(random: &mut Random) -> Self {
+        (random.below(2) == 1).then(|| T::sample(random))
+    }
+}
+
 impl<T: Sample, const N: usize> Sample for [T; N] {
     fn sample(random: &mut Random) -> Self {
         std::array::from_fn(|_| T::sample(random))
@@ -108,6 +114,20 @@ macro_rules! for_every_message {
         $check::<diagnostic_msgs::DiagnosticArray>($($argument),*);
         $check::<geometry_msgs::AccelWithCovarianceStamped>($($argument),*);
         $check::<nav_msgs::Odometry>($($argument),*);
+        $check::<rcl_interfaces::DescribeParametersRequest>($($argument),*);
+        $check::<rcl_interfaces::DescribeParametersResponse>($($argument),*);
+        $check::<rcl_interfaces::GetParameterTypesRequest>($($argument),*);
+        $check::<rcl_interfaces::GetParameterTypesResponse>($($argument),*);
+        $check::<rcl_interfaces::GetParametersRequest>($($argument),*);
+        $check::<rcl_interfaces::GetParametersResponse>($($argument),*);
+        $check::<rcl_interfaces::ListParametersRequest>($($argument),*);
+        $check::<rcl_interfaces::ListParametersResponse>($($argument),*);
+        $check::<rcl_interfaces::Log>($($argument),*);
+        $check::<rcl_interfaces::ParameterEvent>($($argument),*);
+        $check::<rcl_interfaces::SetParametersAtomicallyRequest>($($argument),*);
+        $check::<rcl_interfaces::SetParametersAtomicallyResponse>($($argument),*);
+        $check::<rcl_interfaces::SetParametersRequest>($($argument),*);
+        $check::<rcl_interfaces::SetParametersResponse>($($argument),*);
         $check::<rosgraph_msgs::Clock>($($argument),*);
         $check::<visualization_msgs::MarkerArray>($($argument),*);
     }};
@@ -207,6 +227,41 @@ fn wrong_bytes_are_named() {
     let trailing = read(&[0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(trailing.kind, DecodeErrorKind::TrailingBytes(4));
     assert!(Text::from_cdr(&[0, 1, 0, 0, 0, 0, 0, 0], Interface::V0_53, "/t").unwrap().data.is_empty());
+}
+
+#[test]
+fn a_bounded_sequence_holds_at_most_its_bound() {
+    use crate::rcl_interfaces::{IntegerRange, ParameterDescriptor};
+    let range = IntegerRange { from_value: 1, to_value: 9, step: 2 };
+    let descriptor = ParameterDescriptor { integer_range: Some(range), ..Default::default() };
+    let mut bytes = descriptor.to_cdr(Interface::V0_53);
+    assert_eq!(bytes[bytes.len() - 8..], 2_u64.to_le_bytes());
+    let definition = ParameterDescriptor::definition(Interface::V0_53);
+    assert!(definition.contains("rcl_interfaces/IntegerRange[<=1] integer_range\n"), "{definition}");
+    // The length of the sequence stands in the four bytes before the padding of its first number.
+    let length_at = bytes.len() - size_of::<[u64; 3]>() - 4;
+    assert_eq!(bytes[length_at], 1);
+    bytes[length_at] = 2;
+    bytes.extend_from_slice(&[0; 24]);
+    let error = ParameterDescriptor::from_cdr(&bytes, Interface::V0_53, "/t").unwrap_err();
+    assert_eq!(error.kind, DecodeErrorKind::TooManyElements { count: 2, limit: 1 });
+}
+
+/// Bytes written by hand from the layout of ROS 2.
+#[test]
+fn the_request_of_set_parameters_has_the_layout_of_ros() {
+    use crate::rcl_interfaces::{Parameter, ParameterType, ParameterValue, SetParametersRequest};
+    let value = ParameterValue { r#type: ParameterType::DOUBLE, double_value: 1.5, ..Default::default() };
+    let request = SetParametersRequest { parameters: vec![Parameter { name: "abc".to_owned(), value }] };
+    let mut expected = vec![0, 1, 0, 0];
+    expected.extend([1, 0, 0, 0]); // one parameter
+    expected.extend([4, 0, 0, 0, b'a', b'b', b'c', 0]);
+    expected.extend([3, 0, 0, 0]); // type, bool, padding to 16
+    expected.extend([0; 8]); // integer
+    expected.extend(1.5_f64.to_le_bytes());
+    expected.extend([1, 0, 0, 0, 0, 0, 0, 0]); // empty text with its NUL, padding
+    expected.extend([0; 20]); // five empty sequences
+    assert_eq!(request.to_cdr(Interface::V0_53), expected);
 }
 
 #[test]
