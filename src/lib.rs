@@ -7,6 +7,7 @@ pub mod golden;
 pub mod json;
 pub mod recorder;
 pub mod report;
+pub mod ros;
 pub mod scenario;
 pub mod session;
 pub mod settings;
