@@ -7,10 +7,17 @@
 //! positive to the left; arc lengths, speeds and accelerations along the vehicle's heading, so reverse motion has
 //! negative speed, and curvature = dyaw/ds = tan(steering angle) / wheel base holds in both gears.
 
+pub mod arc;
+pub mod collision;
+pub mod hybrid_a_star;
 pub mod pose;
 pub mod problem;
+pub mod tolerance;
 pub mod trajectory;
 
+pub use arc::Arc;
+pub use collision::{CollisionChecker, ObstacleError};
+pub use hybrid_a_star::{CoarsePath, GearPart};
 pub use pose::{Gear, PlanarPose};
 pub use problem::{Limits, Problem};
 pub use trajectory::{Trajectory, TrajectoryPoint};

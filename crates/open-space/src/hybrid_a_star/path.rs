@@ -1,0 +1,53 @@
+//! What the search hands on: a path of arcs, cut where the gear changes.
+
+use crate::arc::Arc;
+use crate::pose::{Gear, PlanarPose};
+
+/// A path that a vehicle can drive when it may stop to steer: arcs and straight lines within its curvature limit,
+/// free of collisions everywhere, not only at the poses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoarsePath {
+    /// Parts in the order they are driven; neighbours have opposite gears. Empty when the start is the goal.
+    pub parts: Vec<GearPart>,
+    /// Length plus penalties, m.
+    pub cost_m: f64,
+    /// Distance that the footprint keeps to every obstacle all along, m (the inflation of the search that found it).
+    pub inflation_m: f64,
+    /// Nodes that were expanded to find it, over all attempts.
+    pub expansions: usize,
+}
+
+impl CoarsePath {
+    /// Sum of the lengths of the parts, m.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.parts.iter().map(GearPart::length_m).sum()
+    }
+
+    /// How often the gear changes on the way.
+    #[must_use]
+    pub fn gear_changes(&self) -> usize {
+        self.parts.len().saturating_sub(1)
+    }
+}
+
+/// The longest piece of a path in one gear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GearPart {
+    /// Gear of the whole part.
+    pub gear: Gear,
+    /// At least two poses, no further apart than the search was asked for. The first is the start or the cusp that
+    /// ends the part before, bit for bit; the last is a cusp or the goal. Headings are continuous along the whole
+    /// path, beginning with the start's; the last equals the goal's up to full turns.
+    pub poses: Vec<PlanarPose>,
+    /// The arcs between neighbouring poses, one fewer than poses; lengths are negative in reverse.
+    pub arcs: Vec<Arc>,
+}
+
+impl GearPart {
+    /// Length, positive in both gears, m.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.arcs.iter().map(|arc| arc.length_m.abs()).sum()
+    }
+}
