@@ -5,13 +5,15 @@
 //!
 //! 1. [`Concatenator`] keeps the newest candidates of every generator and gives out those that are still fresh.
 //! 2. [`Validator`] judges every candidate with every loaded [`Filter`], after the mandatory data-validity check.
-//! 3. [`report`] puts the verdicts into the messages that leave the node.
+//! 3. [`Ranker`] scores what the enforced filters accepted, and says which candidate is best.
+//! 4. [`report`] puts the verdicts into the messages that leave the node.
 
 pub mod candidate;
 pub mod concatenator;
 pub mod data_validity;
 pub mod filters;
 pub mod parameters;
+pub mod ranker;
 pub mod report;
 pub mod scene;
 pub mod validator;
@@ -23,6 +25,7 @@ mod test_scene;
 pub use candidate::{Candidate, CandidateKey, Points};
 pub use concatenator::{Concatenated, Concatenator};
 pub use filters::{Filter, Scratch};
+pub use ranker::{Ranker, Ranking};
 pub use scene::{MissingInput, Scene};
 pub use validator::{Enforcement, Validator};
 pub use verdict::{Evidence, Judgement, Memo, Metric, RiskLevel, Verdict};

@@ -31,8 +31,8 @@ pub use filter_class::{ConfiguredFilter, FilterClass};
 pub use out_of_lane::OutOfLaneParameters;
 pub use per_class::{ObjectClass, PerClass};
 pub use ranker::{
-    ConsistencyMetricParameters, DECAY_LENGTH, EvaluationParameters, MetricParameters, QualityMetric,
-    RankerParameters, RiskName, SafetyParameters, SourceName, SourceParameters,
+    ConsistencyMetricParameters, DECAY_LENGTH, EvaluationParameters, MetricParameters, MetricSettings,
+    QualityMetric, RankerParameters, RiskName, SafetyParameters, SourceName, SourceParameters,
 };
 pub use rule::RuleViolation;
 pub use traffic_light::{AmberRejection, CheckedTrajectoryLength, TrafficLightParameters};

@@ -108,6 +108,16 @@ impl SourceName {
             Self::BackupPlannerStop => "backup_planner_stop",
         }
     }
+
+    /// Name in the node's log, as upstream writes it.
+    #[must_use]
+    pub const fn log_name(self) -> &'static str {
+        match self {
+            Self::DiffusionPlanner => "DIFFUSION_PLANNER",
+            Self::BackupPlannerGo => "BACKUP_PLANNER_GO",
+            Self::BackupPlannerStop => "BACKUP_PLANNER_STOP",
+        }
+    }
 }
 
 /// Penalty for the generator.
@@ -292,6 +302,60 @@ impl Default for EvaluationParameters {
     }
 }
 
+/// What is set for one metric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetricSettings<'a> {
+    /// Whether it counts.
+    pub enable: bool,
+    /// Weight in the quality score.
+    pub weight: f64,
+    /// Value, in the metric's own unit, that counts as 1.
+    pub maximum: f64,
+    /// Weights of the samples, first to last.
+    pub decay_weight: &'a [f64; DECAY_LENGTH],
+}
+
+impl EvaluationParameters {
+    /// What is set for a metric.
+    #[must_use]
+    pub fn of(&self, metric: QualityMetric) -> MetricSettings<'_> {
+        let MetricParameters { enable, weight, maximum, decay_weight } = match metric {
+            QualityMetric::LateralAcceleration => &self.lateral_acceleration,
+            QualityMetric::LongitudinalJerk => &self.longitudinal_jerk,
+            QualityMetric::TravelDistance => &self.travel_distance,
+            QualityMetric::LateralDeviation => &self.lateral_deviation,
+            QualityMetric::SteeringConsistency => &self.steering_consistency,
+            QualityMetric::TrajectoryConsistency => {
+                let ConsistencyMetricParameters { enable, weight, maximum, decay_weight, .. } =
+                    &self.trajectory_consistency;
+                return MetricSettings { enable: *enable, weight: *weight, maximum: *maximum, decay_weight };
+            }
+        };
+        MetricSettings { enable: *enable, weight: *weight, maximum: *maximum, decay_weight }
+    }
+}
+
+impl SafetyParameters {
+    /// Penalty of a risk level: that at its place in the list, 1 if it has none.
+    #[must_use]
+    pub fn penalty_of(&self, risk: RiskName) -> f64 {
+        penalty_at(&self.levels, &self.penalty, &risk)
+    }
+}
+
+impl SourceParameters {
+    /// Penalty of a kind of generator: that at its place in the list, 1 if it has none.
+    #[must_use]
+    pub fn penalty_of(&self, source: SourceName) -> f64 {
+        penalty_at(&self.levels, &self.penalty, &source)
+    }
+}
+
+fn penalty_at<T: PartialEq>(levels: &[T], penalty: &[f64], level: &T) -> f64 {
+    let place = levels.iter().position(|listed| listed == level);
+    place.and_then(|place| penalty.get(place)).copied().unwrap_or(1.0)
+}
+
 impl RankerParameters {
     /// Rules between parameters. Empty when all hold.
     #[must_use]
@@ -370,6 +434,19 @@ mod tests {
             assert_eq!(found.len(), 1, "{found:?}");
             assert!(found[0].starts_with(expected), "{found:?}");
         }
+    }
+
+    #[test]
+    fn what_is_not_listed_costs_one() {
+        let mut safety = SafetyParameters::default();
+        assert_eq!(safety.penalty_of(RiskName::HighCaution), 0.4);
+        safety.levels.retain(|level| *level != RiskName::Safe);
+        assert_eq!(safety.penalty_of(RiskName::Safe), 1.0);
+        assert_eq!(safety.penalty_of(RiskName::LowCaution), 0.0, "places shift with the list");
+        safety.penalty.truncate(1);
+        assert_eq!(safety.penalty_of(RiskName::HighCaution), 1.0, "beyond the penalties");
+        let source = SourceParameters { levels: Vec::new(), ..SourceParameters::default() };
+        assert_eq!(source.penalty_of(SourceName::DiffusionPlanner), 1.0);
     }
 
     #[test]
