@@ -13,16 +13,22 @@
 pub mod buffer;
 pub mod clock;
 pub mod cycle;
+pub mod inlets;
+mod map_decoder;
 pub mod publisher;
 pub mod scheduler;
 pub mod sensors;
 pub mod system;
+pub mod tally;
 pub mod time_tree;
 pub mod topics;
 pub mod validation;
 
-pub use clock::Clock;
+pub use clock::{Clock, RosClock};
 pub use cycle::{Cycle, CycleReport, Outcome, Trigger};
+pub use inlets::Inlets;
 pub use publisher::{Publication, Sink, SinkError};
+pub use scheduler::Parameters;
 pub use system::{Config, SelectorSystem, SystemError};
+pub use tally::{DropReason, Tally};
 pub use topics::{Input, InputTopic, OutputTopic};

@@ -9,6 +9,7 @@ mod throttle;
 
 use crate::cycle::{CycleReport, CycleTimes, Judged, Outcome};
 use crate::scheduler::{CycleEnded, Scheduler};
+use crate::tally::Tally;
 use crate::time_tree::{ROOT, TimeTree, milliseconds};
 use crate::topics::{OutputMessage, OutputTopic};
 use actix::{Actor, Addr, Context, Handler, Message};
@@ -66,6 +67,7 @@ pub(crate) struct Publisher {
     scheduler: Option<Addr<Scheduler>>,
     throttle: Throttle,
     failure: Arc<OnceLock<SinkError>>,
+    tally: Arc<Tally>,
     now: Time,
 }
 
@@ -79,13 +81,20 @@ impl std::fmt::Debug for Publisher {
 }
 
 impl Publisher {
-    pub(crate) fn new(sink: Box<dyn Sink>, times: PublishedTimes, failure: Arc<OnceLock<SinkError>>) -> Self {
-        Self { sink, times, scheduler: None, throttle: Throttle::default(), failure, now: Time::default() }
+    pub(crate) fn new(
+        sink: Box<dyn Sink>,
+        times: PublishedTimes,
+        failure: Arc<OnceLock<SinkError>>,
+        tally: Arc<Tally>,
+    ) -> Self {
+        let (throttle, now) = (Throttle::default(), Time::default());
+        Self { sink, times, scheduler: None, throttle, failure, tally, now }
     }
 
     fn publish(&mut self, topic: OutputTopic, message: OutputMessage) {
         let publication = Publication { topic, stamp: self.now, message };
         if let Err(failure) = self.sink.publish(publication) {
+            self.tally.count_unpublished();
             if self.throttle.allows(self.now, 1000, "sink", "publish") {
                 error!("{failure}");
             }
@@ -137,7 +146,7 @@ impl Publisher {
     }
 
     fn publish_diagnostics(&mut self, report: &CycleReport) {
-        let diagnostics = Arc::new(diagnostics::of_cycle(report));
+        let diagnostics = Arc::new(diagnostics::of_cycle(report, &self.tally));
         self.publish(OutputTopic::Diagnostics, OutputMessage::Diagnostics(diagnostics));
     }
 

@@ -3,23 +3,24 @@
 //! Triggers that arrive while a cycle runs are merged into one that follows it; an anchor outranks the timer. The timer
 //! is re-armed from the time after an anchor cycle has ended, also when that cycle returned early. The timer's wake-up
 //! does not sit in a mailbox that messages can flood: its task sleeps beside the actors and only sends the wake-up here,
-//! where nothing but triggers arrives.
+//! where nothing but triggers arrives. Changed parameters take effect together, between two cycles.
 
 mod fallback_timer;
 
 pub use fallback_timer::FallbackTimer;
 
-use crate::buffer::{Buffer, TakeFresh};
+use crate::buffer::{Buffer, SetDurationTime, TakeFresh};
 use crate::clock::Clock;
 use crate::cycle::{Cycle, Trigger};
 use crate::sensors::{Sensors, TakeSnapshot};
-use crate::validation::Validation;
+use crate::validation::{SetValidatorParameters, Validation};
 use actix::fut::WrapFuture;
 use actix::{
     Actor, ActorFutureExt, Addr, AsyncContext, Context, Handler, MailboxError, Message, MessageResult,
 };
 use crossbeam_channel::Sender;
 use messages::builtin_interfaces::Time;
+use selection::parameters::ValidatorParameters;
 use selection::{Concatenated, Scene};
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,9 +45,24 @@ pub(crate) struct Scheduler {
     stages: Option<Stages>,
     running: Option<Trigger>,
     pending: Option<Triggered>,
+    /// Parameters that wait for the running cycle to end.
+    changed: Option<Box<Parameters>>,
+    /// Set when no further cycle is to start.
+    finished: bool,
     cycles: u64,
     coalesced: u64,
     waiting: Vec<Sender<SchedulerState>>,
+}
+
+/// The parameters that may change while the node runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// Time without an anchor after which a cycle runs all the same; a new value restarts the timer.
+    pub fallback_period_ms: i64,
+    /// Age beyond which a candidate is dropped.
+    pub duration_time_s: f64,
+    /// The filters'.
+    pub validator: ValidatorParameters,
 }
 
 /// What the scheduler has done so far.
@@ -72,6 +88,8 @@ impl Scheduler {
             stages: None,
             running: None,
             pending: None,
+            changed: None,
+            finished: false,
             cycles: 0,
             coalesced: 0,
             waiting: Vec::new(),
@@ -87,6 +105,9 @@ impl Scheduler {
     }
 
     fn trigger(&mut self, triggered: Triggered, ctx: &mut Context<Self>) {
+        if self.finished {
+            return;
+        }
         if self.running.is_none() {
             self.start(&triggered, ctx);
             return;
@@ -139,6 +160,9 @@ impl Scheduler {
             self.timer.reset(self.clock.now());
             self.announce_deadline();
         }
+        if let Some(changed) = self.changed.take() {
+            self.configure(*changed);
+        }
         if let Some(pending) = self.pending.take() {
             self.start(&pending, ctx);
             return;
@@ -147,6 +171,23 @@ impl Scheduler {
         for waiting in self.waiting.drain(..) {
             // Whoever no longer waits does not need the answer.
             let _ = waiting.send(state);
+        }
+    }
+
+    /// Between two cycles, so that each is judged by one set of parameters.
+    fn configure(&mut self, parameters: Parameters) {
+        let Parameters { fallback_period_ms, duration_time_s, validator } = parameters;
+        self.set_fallback_period(fallback_period_ms);
+        if let Some(stages) = &self.stages {
+            stages.buffer.do_send(SetDurationTime(duration_time_s));
+            stages.validation.do_send(SetValidatorParameters(validator));
+        }
+    }
+
+    fn set_fallback_period(&mut self, period_ms: i64) {
+        if self.timer.set_period(self.clock.now(), period_ms) {
+            info!("New concatenate_and_validate timer callback created with period {period_ms}.");
+            self.announce_deadline();
         }
     }
 }
@@ -249,10 +290,45 @@ impl Handler<SetFallbackPeriod> for Scheduler {
     type Result = ();
 
     fn handle(&mut self, SetFallbackPeriod(period_ms): SetFallbackPeriod, _: &mut Self::Context) {
-        if self.timer.set_period(self.clock.now(), period_ms) {
-            info!("New concatenate_and_validate timer callback created with period {period_ms}.");
-            self.announce_deadline();
+        self.set_fallback_period(period_ms);
+    }
+}
+
+/// Changes all parameters at once: now, or when the running cycle has ended. The newest change wins.
+#[derive(Debug)]
+pub(crate) struct Configure(pub(crate) Box<Parameters>);
+
+impl Message for Configure {
+    type Result = ();
+}
+
+impl Handler<Configure> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, Configure(parameters): Configure, _: &mut Self::Context) {
+        if self.running.is_some() {
+            self.changed = Some(parameters);
+        } else {
+            self.configure(*parameters);
         }
+    }
+}
+
+/// Lets no further cycle start, and asks to be told when the running one has ended.
+#[derive(Debug)]
+pub(crate) struct Finish(pub(crate) Sender<SchedulerState>);
+
+impl Message for Finish {
+    type Result = ();
+}
+
+impl Handler<Finish> for Scheduler {
+    type Result = ();
+
+    fn handle(&mut self, Finish(reply): Finish, ctx: &mut Self::Context) {
+        self.finished = true;
+        self.pending = None;
+        self.handle(WaitForIdle(reply), ctx);
     }
 }
 
@@ -293,20 +369,22 @@ impl Handler<WatchDeadline> for Scheduler {
     }
 }
 
-/// Sleeps until the deadline, however often it moves, and wakes the scheduler. Ends with the scheduler.
+/// Sleeps until the deadline, however often it moves, and wakes the scheduler; also when time goes back. Ends with the
+/// scheduler.
 pub(crate) async fn sleep_and_wake(clock: Clock, scheduler: Addr<Scheduler>) {
     let Ok(mut deadlines) = scheduler.send(WatchDeadline).await else { return };
+    let mut seen = clock.now();
     loop {
-        let wait_ns = deadlines.borrow_and_update().nanoseconds() - clock.now().nanoseconds();
-        let wait = std::time::Duration::from_nanos(u64::try_from(wait_ns).unwrap_or(0));
-        match tokio::time::timeout(wait, deadlines.changed()).await {
-            Ok(Ok(())) => {}
-            Ok(Err(_)) => return,
-            Err(_elapsed) => {
-                if scheduler.send(TimerWakeUp).await.is_err() {
-                    return;
-                }
-            }
+        let deadline = *deadlines.borrow_and_update();
+        tokio::select! {
+            changed = deadlines.changed() => if changed.is_err() { return },
+            () = clock.may_reach(deadline) => {}
+        }
+        let now = clock.now();
+        let wakes = now >= deadline || now < seen;
+        seen = now;
+        if wakes && scheduler.send(TimerWakeUp).await.is_err() {
+            return;
         }
     }
 }

@@ -1,58 +1,73 @@
 //! Owns the newest message of each input and the decoded map; gives out one immutable snapshot.
 //!
-//! A map is decoded on a thread of the pool, so that it never delays an anchor, and arrives as a message. A map that
-//! cannot be decoded is reported and changes nothing. Inputs never expire, as in upstream; their age is reported.
+//! The newest messages wait in slots until a snapshot is asked for. A map is decoded on a thread of its own, so that it
+//! never delays an anchor, and arrives as a message. A map that cannot be decoded is reported and changes nothing. Inputs
+//! never expire, as in upstream; their age is reported.
 
 use crate::clock::Clock;
+use crate::inlets::SensorSlots;
+use crate::map_decoder::{MapDecoder, MapJob};
 use crate::publisher::{MapCallbackTime, Publisher};
-use crate::topics::Input;
+use crate::tally::{DropReason, Tally};
+use crate::topics::{Input, InputTopic};
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, MessageResult};
 use crossbeam_channel::Sender;
 use lanelet_map::Map;
 use messages::autoware_map_msgs::LaneletMapBin;
 use messages::builtin_interfaces::Time;
-use rayon::ThreadPool;
 use selection::Scene;
 use selection::scene::{Epoch, HdMap};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tracing::{error, info};
 
 /// The owner of the sensor state.
 #[derive(Debug)]
 pub(crate) struct Sensors {
     scene: Scene,
+    slots: Arc<SensorSlots>,
+    tally: Arc<Tally>,
     clock: Clock,
-    pool: Arc<ThreadPool>,
+    decoder: MapDecoder,
     publisher: Addr<Publisher>,
-    /// Maps being decoded; the newest one wins, whatever order they finish in.
+    /// Maps being decoded or waiting for it; the newest one wins.
     decoding: u32,
     newest_map: u64,
     waiting: Vec<Sender<()>>,
 }
 
 impl Sensors {
-    /// `scene` says what is known before the first message; `pool` decodes maps.
-    pub(crate) fn new(scene: Scene, clock: Clock, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
-        Self { scene, clock, pool, publisher, decoding: 0, newest_map: 0, waiting: Vec::new() }
+    /// `scene` says what is known before the first message.
+    pub(crate) fn new(
+        scene: Scene,
+        slots: Arc<SensorSlots>,
+        tally: Arc<Tally>,
+        clock: Clock,
+        decoder: MapDecoder,
+        publisher: Addr<Publisher>,
+    ) -> Self {
+        Self {
+            scene,
+            slots,
+            tally,
+            clock,
+            decoder,
+            publisher,
+            decoding: 0,
+            newest_map: 0,
+            waiting: Vec::new(),
+        }
     }
 
     fn decode_map(&mut self, message: Arc<LaneletMapBin>, ctx: &Context<Self>) {
-        self.decoding += 1;
         self.newest_map += 1;
-        let (number, sensors) = (self.newest_map, ctx.address());
-        self.pool.spawn(move || {
-            let started = Instant::now();
-            // The decoder promises not to panic; a map must not take the pool down if it breaks that promise.
-            let outcome = std::panic::catch_unwind(|| lanelet_map::archive::decode(&message.data));
-            let map = match outcome {
-                Ok(Ok(map)) => Ok(Arc::new(map)),
-                Ok(Err(error)) => Err(error.to_string()),
-                Err(_) => Err("the decoder panicked".to_owned()),
-            };
-            let frame_id = Arc::from(message.header.frame_id.as_str());
-            sensors.do_send(MapDecoded { number, map, frame_id, took: started.elapsed() });
-        });
+        let job = MapJob { number: self.newest_map, message, sensors: ctx.address() };
+        if self.decoder.submit(job) {
+            self.tally.count_dropped(InputTopic::Map, DropReason::Superseded, 1);
+            info!("A map that a newer one has overtaken is dropped");
+        } else {
+            self.decoding += 1;
+        }
     }
 
     fn set_map(&mut self, map: Arc<Map>, frame_id: Arc<str>) {
@@ -66,7 +81,7 @@ impl Actor for Sensors {
     type Context = Context<Self>;
 }
 
-/// A message of any input but candidates; those go to the buffer.
+/// A map or a route.
 #[derive(Debug)]
 pub(crate) struct Sense(pub(crate) Input);
 
@@ -88,23 +103,24 @@ impl Handler<Sense> for Sensors {
                 let number = self.scene.route.as_ref().map_or(0, |route| route.number) + 1;
                 self.scene.route = Some(Epoch { number, value: route });
             }
-            Input::Odometry(odometry) => self.scene.odometry = Some(odometry),
-            Input::Acceleration(acceleration) => self.scene.acceleration = Some(acceleration),
-            Input::Objects(objects) => self.scene.objects = Some(objects),
-            Input::TrafficSignals(signals) => self.scene.traffic_signals = Some(signals),
-            // The system routes candidates to the buffer.
-            Input::Generative(_) | Input::Backup(_) => {}
+            // Sensors come through their slots, candidates go to the buffer.
+            Input::Odometry(_)
+            | Input::Acceleration(_)
+            | Input::Objects(_)
+            | Input::TrafficSignals(_)
+            | Input::Generative(_)
+            | Input::Backup(_) => {}
         }
     }
 }
 
 /// A map came back from decoding.
 #[derive(Debug)]
-struct MapDecoded {
-    number: u64,
-    map: Result<Arc<Map>, String>,
-    frame_id: Arc<str>,
-    took: Duration,
+pub(crate) struct MapDecoded {
+    pub(crate) number: u64,
+    pub(crate) map: Result<Arc<Map>, String>,
+    pub(crate) frame_id: Arc<str>,
+    pub(crate) took: Duration,
 }
 
 impl Message for MapDecoded {
@@ -118,8 +134,14 @@ impl Handler<MapDecoded> for Sensors {
         self.decoding -= 1;
         match decoded.map {
             Ok(map) if decoded.number == self.newest_map => self.set_map(map, decoded.frame_id),
-            Ok(_) => info!("A map that a newer one has overtaken is dropped"),
-            Err(why) => error!("The lanelet map cannot be decoded and is ignored: {why}"),
+            Ok(_) => {
+                self.tally.count_dropped(InputTopic::Map, DropReason::Superseded, 1);
+                info!("A map that a newer one has overtaken is dropped");
+            }
+            Err(why) => {
+                self.tally.count_dropped(InputTopic::Map, DropReason::Malformed, 1);
+                error!("The lanelet map cannot be decoded and is ignored: {why}");
+            }
         }
         self.publisher.do_send(MapCallbackTime { took: decoded.took, now: self.clock.now() });
         if self.decoding == 0 {
@@ -143,6 +165,7 @@ impl Handler<TakeSnapshot> for Sensors {
     type Result = MessageResult<TakeSnapshot>;
 
     fn handle(&mut self, TakeSnapshot(now): TakeSnapshot, _: &mut Self::Context) -> Self::Result {
+        self.slots.take_into(&mut self.scene);
         MessageResult(Arc::new(Scene { now, ..self.scene.clone() }))
     }
 }

@@ -1,16 +1,20 @@
 //! Starts the actors, feeds them, steps their clock, and stops them.
 //!
-//! [`SelectorSystem`] is what a door to the world holds. It drives the actors in lock-step: a message is delivered and
-//! everything that it sets off has happened before the next one is. So a recorded drive gives the same outputs on any
-//! number of threads, at any speed.
+//! [`SelectorSystem`] is what a door to the world holds. A recorded drive goes through it in lock-step: a message is
+//! delivered and everything that it sets off has happened before the next one is, so it gives the same outputs on any
+//! number of threads, at any speed. A graph brings messages when they come, through [`Inlets`], and its clock runs.
 
 use crate::buffer::{Add, Buffer, SetDurationTime};
 use crate::clock::Clock;
+use crate::inlets::{Inlets, SensorSlots};
+use crate::map_decoder::MapDecoder;
 use crate::publisher::{PublishedTimes, Publisher, Report, Sink, SinkError};
 use crate::scheduler::{
-    Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp, WaitForIdle, Wire, sleep_and_wake,
+    Configure, Finish, Parameters, Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp,
+    WaitForIdle, Wire, sleep_and_wake,
 };
 use crate::sensors::{Sense, Sensors, WaitForSensors};
+use crate::tally::Tally;
 use crate::topics::Input;
 use crate::validation::{SetValidatorParameters, Validation};
 use actix::{Actor, Addr, System};
@@ -63,6 +67,7 @@ pub enum SystemError {
 pub struct SelectorSystem {
     clock: Clock,
     actors: Actors,
+    inlets: Inlets,
     system: System,
     thread: Option<JoinHandle<()>>,
     failure: Arc<OnceLock<SinkError>>,
@@ -87,15 +92,25 @@ impl SelectorSystem {
             .thread_name(|index| format!("judge-{index}"))
             .build()
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
-        let (clock, failure) = (config.clock.clone(), Arc::new(OnceLock::new()));
+        let decoder = MapDecoder::start().map_err(|error| SystemError::NoThread(error.to_string()))?;
+        let clock = config.clock.clone();
+        let shared = Shared::default();
+        let parts = Parts { config, sink, pool: Arc::new(pool), decoder, shared: shared.clone() };
         let (ready, started) = bounded(1);
-        let shared_failure = failure.clone();
         let thread = std::thread::Builder::new()
             .name("selector".to_owned())
-            .spawn(move || run_actors(config, sink, Arc::new(pool), shared_failure, &ready))
+            .spawn(move || run_actors(parts, &ready))
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
         let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))?;
-        Ok(Self { clock, actors, system, thread: Some(thread), failure })
+        let Shared { failure, slots, tally } = shared;
+        let inlets = Inlets::new(slots, tally, actors.buffer.clone(), actors.sensors.clone());
+        Ok(Self { clock, actors, inlets, system, thread: Some(thread), failure })
+    }
+
+    /// The way in for messages that come when they come.
+    #[must_use]
+    pub fn inlets(&self) -> &Inlets {
+        &self.inlets
     }
 
     /// Takes in one message and returns when all that it sets off has happened.
@@ -113,9 +128,13 @@ impl SelectorSystem {
                 self.actors.buffer.do_send(Add { message, anchor: None });
                 self.settle_buffer()
             }
-            other => {
-                self.actors.sensors.do_send(Sense(other));
+            Input::Map(_) | Input::ReadyMap(..) | Input::Route(_) => {
+                self.actors.sensors.do_send(Sense(input));
                 ask("sensors", |reply| self.actors.sensors.do_send(WaitForSensors(reply)))
+            }
+            sensor => {
+                self.inlets.put(sensor);
+                Ok(())
             }
         }
     }
@@ -179,6 +198,11 @@ impl SelectorSystem {
         self.settle().map(|_| ())
     }
 
+    /// Changes all parameters together, from the next cycle on. Returns at once.
+    pub fn configure(&self, parameters: Parameters) {
+        self.actors.scheduler.do_send(Configure(Box::new(parameters)));
+    }
+
     /// Changes how long candidates are kept, from the next cycle on.
     pub fn set_duration_time_s(&self, duration_time_s: f64) {
         self.actors.buffer.do_send(SetDurationTime(duration_time_s));
@@ -189,19 +213,22 @@ impl SelectorSystem {
         self.actors.validation.do_send(SetValidatorParameters(parameters));
     }
 
-    /// Lets the running cycle end, then stops the actors; the sink is dropped before this returns.
+    /// Lets the running cycle end and no other start, then stops the actors; the sink is dropped before this returns.
     ///
     /// # Errors
     /// The actors were gone already, or an output could not be written.
     pub fn stop(mut self) -> Result<SchedulerState, SystemError> {
-        let state = self.settle();
+        let state = ask("scheduler", |reply| self.actors.scheduler.do_send(Finish(reply)));
         self.system.stop();
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
             return Err(SystemError::ActorGone("arbiter"));
         }
-        state
+        match self.failure.get() {
+            Some(failure) => Err(failure.clone().into()),
+            None => state,
+        }
     }
 }
 
@@ -219,17 +246,28 @@ fn ask<T>(whom: &'static str, send: impl FnOnce(Sender<T>)) -> Result<T, SystemE
     answer.recv().map_err(|_| SystemError::ActorGone(whom))
 }
 
-/// The arbiter thread: wires the actors, hands out their addresses, runs until the system is stopped.
-fn run_actors(
+/// What the actors share with whoever holds the system.
+#[derive(Debug, Clone, Default)]
+struct Shared {
+    failure: Arc<OnceLock<SinkError>>,
+    slots: Arc<SensorSlots>,
+    tally: Arc<Tally>,
+}
+
+/// What the actors are made of.
+struct Parts {
     config: Config,
     sink: Box<dyn Sink>,
     pool: Arc<ThreadPool>,
-    failure: Arc<OnceLock<SinkError>>,
-    ready: &Sender<(Actors, System)>,
-) {
+    decoder: MapDecoder,
+    shared: Shared,
+}
+
+/// The arbiter thread: wires the actors, hands out their addresses, runs until the system is stopped.
+fn run_actors(parts: Parts, ready: &Sender<(Actors, System)>) {
     let runner = System::new();
     runner.block_on(async {
-        let actors = wire(config, sink, pool, failure);
+        let actors = wire(parts);
         // If nobody waits for the addresses any more, the system will be stopped at once.
         let _ = ready.send((actors, System::current()));
     });
@@ -238,18 +276,15 @@ fn run_actors(
     }
 }
 
-fn wire(
-    config: Config,
-    sink: Box<dyn Sink>,
-    pool: Arc<ThreadPool>,
-    failure: Arc<OnceLock<SinkError>>,
-) -> Actors {
-    let publisher = Publisher::new(sink, config.published_times, failure).start();
-    let validation = Validation::new(config.validator, pool.clone(), publisher.clone()).start();
+fn wire(parts: Parts) -> Actors {
+    let Parts { config, sink, pool, decoder, shared: Shared { failure, slots, tally } } = parts;
+    let publisher = Publisher::new(sink, config.published_times, failure, tally.clone()).start();
+    let validation = Validation::new(config.validator, pool, publisher.clone()).start();
     let mut scene = Scene::empty(config.clock.now(), Arc::new(config.vehicle));
     // A node that never saw a traffic light message judges as if no light were in sight.
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
-    let sensors = Sensors::new(scene, config.clock.clone(), pool, publisher.clone()).start();
+    let clock = config.clock.clone();
+    let sensors = Sensors::new(scene, slots, tally, clock, decoder, publisher.clone()).start();
     let scheduler = Scheduler::new(config.clock.clone(), config.fallback_period_ms).start();
     let buffer = Buffer::new(config.duration_time_s, scheduler.clone()).start();
     publisher.do_send(Report(scheduler.clone()));
@@ -258,7 +293,7 @@ fn wire(
         sensors: sensors.clone(),
         validation: validation.clone(),
     }));
-    if matches!(config.clock, Clock::System) {
+    if config.clock.runs_by_itself() {
         actix::spawn(sleep_and_wake(config.clock, scheduler.clone()));
     }
     Actors { buffer, sensors, scheduler, validation }

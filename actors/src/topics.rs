@@ -132,6 +132,23 @@ pub enum Input {
     TrafficSignals(Arc<TrafficLightGroupArray>),
 }
 
+impl Input {
+    /// The topic that it belongs to.
+    #[must_use]
+    pub fn topic(&self) -> InputTopic {
+        match self {
+            Self::Map(_) | Self::ReadyMap(..) => InputTopic::Map,
+            Self::Route(_) => InputTopic::Route,
+            Self::Generative(_) => InputTopic::Generative,
+            Self::Backup(_) => InputTopic::Backup,
+            Self::Odometry(_) => InputTopic::Odometry,
+            Self::Acceleration(_) => InputTopic::Acceleration,
+            Self::Objects(_) => InputTopic::Objects,
+            Self::TrafficSignals(_) => InputTopic::TrafficSignals,
+        }
+    }
+}
+
 /// A topic that the node publishes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum OutputTopic {

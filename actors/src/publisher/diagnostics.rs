@@ -1,6 +1,7 @@
 //! What `/diagnostics` says about a cycle.
 
 use crate::cycle::{CycleReport, Outcome};
+use crate::tally::Tally;
 use crate::topics::NODE_NAME;
 use messages::builtin_interfaces::Time;
 use messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
@@ -10,7 +11,7 @@ use selection::report::FilterSummary;
 use std::fmt::Display;
 
 /// One status for the validator. Its level follows from the enforced filters only: shadow filters are values.
-pub(super) fn of_cycle(report: &CycleReport) -> DiagnosticArray {
+pub(super) fn of_cycle(report: &CycleReport, tally: &Tally) -> DiagnosticArray {
     let (level, message) = level(&report.outcome);
     let mut values = Vec::new();
     if let Outcome::Judged(judged) = &report.outcome {
@@ -26,6 +27,9 @@ pub(super) fn of_cycle(report: &CycleReport) -> DiagnosticArray {
     add(&mut values, "generators.evicted", &oddities.evicted);
     add(&mut values, "cycle.trigger", &report.cycle.trigger.name());
     add_input_ages(&mut values, report);
+    for (name, count) in tally.faults() {
+        add(&mut values, name, &count);
+    }
     let header = Header { stamp: report.cycle.scene.now, frame_id: String::new() };
     let status = DiagnosticStatus {
         level,
