@@ -51,6 +51,8 @@ pub struct ExplainedJudgement {
     pub feasible: bool,
     /// False where the filter could not judge; then it is not feasible either.
     pub assessed: bool,
+    /// What was not assessed although the filter judged, in words; null where that is nothing.
+    pub not_assessed: Option<String>,
     /// Measurements in a fixed order.
     pub metrics: Vec<ExplainedMetric>,
     /// Where, when, against what, and in words. None where there is nothing to tell.
@@ -118,19 +120,20 @@ pub fn explain(
 
 fn judgements(validator: &Validator, verdict: &Verdict) -> Vec<ExplainedJudgement> {
     let validity = &verdict.data_validity;
-    let validity = judgement(data_validity::NAME, true, validity, data_validity::explain(validity));
+    let validity = judgement(data_validity::NAME, true, validity, [data_validity::explain(validity), None]);
     let filters = validator.filters().iter().zip(&verdict.judgements).map(|(loaded, said)| {
         let enforced = loaded.enforcement() == Enforcement::Enforced;
-        judgement(loaded.name(), enforced, said, loaded.explain(said))
+        judgement(loaded.name(), enforced, said, [loaded.explain(said), loaded.not_assessed(said)])
     });
     std::iter::once(validity).chain(filters).collect()
 }
 
+/// The words are why it objects, and what it leaves open.
 fn judgement(
     filter: &'static str,
     enforced: bool,
     said: &Judgement,
-    text: Option<String>,
+    [text, not_assessed]: [Option<String>; 2],
 ) -> ExplainedJudgement {
     let metrics = said.metrics.iter().map(|metric| ExplainedMetric {
         name: metric.name,
@@ -144,6 +147,7 @@ fn judgement(
         enforced,
         feasible: said.feasible,
         assessed: said.failure.is_none(),
+        not_assessed,
         metrics: metrics.collect(),
         evidence: (place.is_some() || text.is_some()).then(|| ExplainedEvidence {
             index: place.map(|at| at.index),
@@ -185,9 +189,13 @@ impl fmt::Display for ExplainedCandidate {
         let verdict = if self.accepted { "accepted" } else { "rejected" };
         writeln!(f, "  {} {}: {verdict}", self.generator, self.key)?;
         for judgement in &self.judgements {
+            let shadow = if judgement.enforced { "" } else { " (shadow)" };
             if let Some(why) = judgement.objection() {
-                let shadow = if judgement.enforced { "" } else { " (shadow)" };
-                writeln!(f, "    {}{shadow}: {why}", judgement.filter)?;
+                let kind = if judgement.assessed { "" } else { ", not assessed" };
+                writeln!(f, "    {}{shadow}{kind}: {why}", judgement.filter)?;
+            }
+            if let Some(what) = &judgement.not_assessed {
+                writeln!(f, "    {}{shadow}, not assessed: {what}", judgement.filter)?;
             }
         }
         Ok(())

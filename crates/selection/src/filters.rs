@@ -41,6 +41,12 @@ pub trait Filter: Send + Sync {
     fn explain(&self, judgement: &Judgement) -> Option<String> {
         crate::verdict::explain(judgement)
     }
+
+    /// What a judgement leaves open, whatever it says: parts that were not assessed, and why, in one line. `None` if
+    /// everything was looked at, or nothing was ([`Judgement::failure`] tells that).
+    fn not_assessed(&self, _judgement: &Judgement) -> Option<String> {
+        None
+    }
 }
 
 impl fmt::Debug for dyn Filter {

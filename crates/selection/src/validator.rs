@@ -76,6 +76,13 @@ impl LoadedFilter {
         let own = catch_unwind(AssertUnwindSafe(|| self.filter.explain(judgement)));
         own.ok().flatten().or_else(|| verdict::explain(judgement))
     }
+
+    /// What the filter leaves open in this judgement, in its words. `None` if nothing.
+    #[must_use]
+    pub fn not_assessed(&self, judgement: &Judgement) -> Option<String> {
+        let told = catch_unwind(AssertUnwindSafe(|| self.filter.not_assessed(judgement)));
+        told.ok().flatten()
+    }
 }
 
 /// A filter name in the configuration that is none.

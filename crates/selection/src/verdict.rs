@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn a_failure_outranks_the_metrics() {
         assert_eq!(Judgement::feasible([metric(RiskLevel::LowCaution)]).risk(), RiskLevel::LowCaution);
-        assert_eq!(Judgement::not_assessed("not assessed: no route").risk(), RiskLevel::Danger);
+        assert_eq!(Judgement::not_assessed("no route").risk(), RiskLevel::Danger);
         assert_eq!(Judgement::panicked("index out of bounds".to_owned()).risk(), RiskLevel::Fatal);
     }
 

@@ -119,6 +119,23 @@ fn overlapping(bias: f64, ego_earlier: bool) -> Judgement {
     judge(&scene(0.0, vec![car]), &still, &parameters)
 }
 
+fn left_open(judgement: &Judgement) -> Option<String> {
+    CollisionCheckFilter::new(&shipped(), &vehicle()).not_assessed(judgement)
+}
+
+/// Of an object without predicted paths nothing but its present motion is known; the judgement says so, also where it
+/// finds nothing (S18).
+#[test]
+fn a_missing_path_is_told() {
+    let arc = Arc2::line(60.0, 30.0, 0.0);
+    let far = object(1, CAR, arc, 3.0, 4.0, 2.0);
+    for (object, is_told) in [(far.clone(), true), (predicted(far, arc, 3.0, 9), false)] {
+        let judgement = judge(&scene(5.0, vec![object]), &straight(5.0), &shipped());
+        assert!(judgement.feasible);
+        assert_eq!(left_open(&judgement).is_some_and(|text| text.contains("no predicted path")), is_told);
+    }
+}
+
 #[test]
 fn judgement_bias() {
     let judgement = overlapping(0.0, true);
@@ -132,8 +149,8 @@ fn judgement_bias() {
     let judgement = overlapping(-0.1, false);
     assert_eq!(risks(&judgement)[0], RiskLevel::Safe);
     assert!(judgement.metrics[0].value.is_nan(), "switched off: nothing is known");
-    let Memo::CollisionCheck(memo) = judgement.memo else { panic!("{judgement:?}") };
-    assert!(memo.to_string().contains("not assessed: map_based, object prioritized, ego earlier"), "{memo}");
+    let open = left_open(&judgement).unwrap();
+    assert!(open.contains("map_based, object prioritized, ego earlier"), "{open}");
 }
 
 /// A car ahead on the same line drives slower: the vehicle closes in at 6 m/s.

@@ -46,6 +46,10 @@ impl Filter for Guard {
         let at = judgement.evidence?;
         Some(format!("meets the guard at {:.1} s", at.time_s))
     }
+
+    fn not_assessed(&self, judgement: &Judgement) -> Option<String> {
+        judgement.feasible.then(|| "what is slow".to_owned())
+    }
 }
 
 fn candidate(sample: u32, points: usize, speed: f32) -> Candidate {
@@ -104,7 +108,7 @@ fn the_keys_are_those_of_the_contract() {
     assert_eq!(
         rejected["judgements"][1],
         json!({
-            "filter": "a_guard", "enforced": true, "feasible": false, "assessed": true,
+            "filter": "a_guard", "enforced": true, "feasible": false, "assessed": true, "not_assessed": null,
             "metrics": [{"name": "guard", "value": 20.0, "threshold": "nan", "risk": "danger"}],
             "evidence": {
                 "index": 1, "time_s": 0.5, "x": 1.0, "y": 2.0, "element_id": -7, "regulatory_element_id": 8,
@@ -132,7 +136,7 @@ fn every_judgement_is_there_in_order_of_evaluation() {
 fn what_has_no_place_has_a_text_all_the_same() {
     let explanation = five();
     let guard = |candidate: usize| &explanation.candidates[candidate].judgements[1];
-    assert_eq!(guard(0).evidence, None);
+    assert_eq!((&guard(0).evidence, guard(0).not_assessed.as_deref()), (&None, Some("what is slow")));
     for candidate in [2, 3] {
         assert!(!guard(candidate).assessed && !guard(candidate).feasible);
     }
@@ -153,13 +157,14 @@ fn people_read_one_line_for_each_objection() {
     let expected = format!(
         "cycle 12 (anchor, 1690000000.123456789 s): 1 of 5 candidates accepted
   planner {key}#0: accepted
+    a_guard, not assessed: what is slow
   planner {key}#1: rejected
     a_guard: meets the guard at 0.5 s
     vehicle_constraint_filter (shadow): check_speed is 20.000, the limit is 16.700; first at point 0 after 0.0 s, (0.0, 2.0)
   planner {key}#2: rejected
-    a_guard: no route
+    a_guard, not assessed: no route
   planner {key}#3: rejected
-    a_guard: panic: reverse
+    a_guard, not assessed: panic: reverse
   planner {key}#4: rejected
     data_validity: too few points; first at point 0
 "

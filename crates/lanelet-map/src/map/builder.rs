@@ -107,6 +107,25 @@ impl MapBuilder {
         self.line(Layer::LineStrings, id, points, attributes)
     }
 
+    /// Adds a line string through new points at these places, in metres. The points get ids from [`Self::next_id`].
+    ///
+    /// # Errors
+    /// [`MapError::DuplicateId`]. Coordinates are checked by [`Self::build`].
+    pub fn line_string_at(
+        &mut self,
+        id: i64,
+        places: &[[f64; 3]],
+        attributes: &[(&str, &str)],
+    ) -> Result<(), MapError> {
+        let mut points = Vec::with_capacity(places.len());
+        for place in places {
+            let point = self.next_id();
+            self.point(point, *place, &[])?;
+            points.push(point);
+        }
+        self.line_string(id, &points, attributes)
+    }
+
     /// Adds a polygon; its last point is joined to its first.
     ///
     /// # Errors
@@ -357,6 +376,17 @@ mod tests {
             .map(|a| (a.key.to_owned(), a.value.to_owned()))
             .collect();
         assert_eq!(pairs, [("a".to_owned(), "1".to_owned()), ("b".to_owned(), "2".to_owned())]);
+    }
+
+    #[test]
+    fn points_of_a_line_get_free_ids() {
+        let mut builder = two_points();
+        builder.line_string_at(7, &[[0.0, 1.0, 0.0], [2.0, 1.0, 3.0]], &[("type", "stop_line")]).unwrap();
+        let map = builder.build().unwrap();
+        let line = map.line_string(7).unwrap();
+        let points: Vec<_> = line.points().map(|point| (point.id(), point.position())).collect();
+        assert_eq!(points, [(1000, [0.0, 1.0, 0.0]), (1001, [2.0, 1.0, 3.0])]);
+        assert_eq!(line.attribute("type"), Some("stop_line"));
     }
 
     #[test]

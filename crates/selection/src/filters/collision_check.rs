@@ -216,6 +216,11 @@ impl Filter for CollisionCheckFilter {
         let object = at.object_id.unwrap_or_default();
         Some(format!("object {object} at ({:.1}, {:.1}) after {:.1} s: {memo}", at.x_m, at.y_m, at.time_s))
     }
+
+    fn not_assessed(&self, judgement: &Judgement) -> Option<String> {
+        let Memo::CollisionCheck(memo) = &judgement.memo else { return None };
+        memo.left_open()
+    }
 }
 
 impl CollisionCheckFilter {
@@ -227,6 +232,7 @@ impl CollisionCheckFilter {
         findings: &mut Findings,
     ) {
         let of_class = self.settings.class(object.class);
+        findings.memo.without_predicted_path |= of_class.assesses_paths && !object.has_predicted_path;
         let lifts_path_findings =
             of_class.arbitration_wait_ns.is_some_and(|wait_ns| object.mutual_standing_ns > wait_ns);
         for course in &self.objects.courses[object.courses.clone()] {
@@ -242,7 +248,6 @@ impl CollisionCheckFilter {
                 }
                 Outcome::Evaluated(evaluation) => evaluation,
             };
-            findings.memo.without_predicted_path |= !object.has_predicted_path;
             if evaluation.method.is_map_based() && lifts_path_findings {
                 continue;
             }

@@ -67,7 +67,7 @@ struct AlongRoute {
     crosswalks: Result<Vec<Crosswalk>, Cow<'static, str>>,
 }
 
-const NOT_OBSERVED: Cow<'static, str> = Cow::Borrowed("not assessed: no scene was observed");
+const NOT_OBSERVED: Cow<'static, str> = Cow::Borrowed("no scene was observed");
 
 /// The vehicle's own state in one cycle.
 #[derive(Debug, Clone, Copy)]
@@ -115,8 +115,8 @@ impl CrosswalkFilter {
 
     /// Brings the crosswalks up to date with map and route, and drops timers that belong to neither.
     fn follow(&mut self, scene: &Scene) -> Result<(), Cow<'static, str>> {
-        let map = scene.map.as_ref().ok_or("not assessed: no lanelet map")?;
-        let route = scene.route.as_ref().ok_or("not assessed: no route")?;
+        let map = scene.map.as_ref().ok_or("lanelet map is not available")?;
+        let route = scene.route.as_ref().ok_or("route is not available")?;
         if let Some(along) = &self.along {
             let is_same_map = along.map_epoch == map.number;
             if is_same_map && along.route_epoch == route.number && !along.is_stale {
@@ -141,11 +141,14 @@ impl CrosswalkFilter {
     /// Inputs are asked for in the order of the specification; what they lack comes after all of them.
     fn begin_cycle(&mut self, scene: &Scene) -> Result<Cycle, Cow<'static, str>> {
         self.follow(scene)?;
-        let odometry = scene.odometry.as_ref().ok_or("not assessed: no odometry")?;
-        let acceleration = scene.acceleration.as_ref().ok_or("not assessed: no acceleration")?;
-        let objects = scene.objects.as_ref().ok_or("not assessed: no predicted objects")?;
+        let odometry = scene.odometry.as_ref().ok_or("odometry is not available")?;
+        let acceleration = scene.acceleration.as_ref().ok_or("acceleration is not available")?;
+        let objects = scene.objects.as_ref().ok_or("predicted objects are not available")?;
         let crosswalks = crosswalks_of(self.along.as_ref())?;
         self.people.find(objects, crosswalks, Classes::new(&self.parameters));
+        let clock = Clock::new(odometry.header.stamp.nanoseconds(), &self.parameters);
+        // Before anybody is judged: after a long pause nobody is known to have waited in between.
+        self.timers.evict(&clock);
         let speed_mps = odometry.twist.twist.linear.x;
         let stop_m = calculate_stop_distance(
             speed_mps,
@@ -156,7 +159,7 @@ impl CrosswalkFilter {
         );
         let arrived_m = self.parameters.arrived_distance_threshold;
         Ok(Cycle {
-            clock: Clock::new(odometry.header.stamp.nanoseconds(), &self.parameters),
+            clock,
             outlook: Outlook {
                 length_m: stop_m.map_or(f64::INFINITY, |stop_m| stop_m + arrived_m),
                 front_m: self.front_m - self.parameters.overshoot_tolerance,

@@ -24,7 +24,7 @@ pub struct CollisionMemo {
     pub cause: Option<CollisionCause>,
     /// A case that was hit, but that the parameters switch off: nothing is known about it.
     pub not_assessed: Option<Method>,
-    /// True if an object on the way has no predicted path, so that only its present motion was assessed.
+    /// True if an object has no predicted path, so that only its present motion was assessed.
     pub without_predicted_path: bool,
 }
 
@@ -67,13 +67,19 @@ impl fmt::Display for CollisionMemo {
             }
             None => f.write_str("no finding")?,
         }
-        if let Some(method) = self.not_assessed {
-            write!(f, "; not assessed: {method}")?;
-        }
-        if self.without_predicted_path {
-            f.write_str("; no predicted path")?;
-        }
         Ok(())
+    }
+}
+
+impl CollisionMemo {
+    /// What was not looked at, in words; `None` if everything was.
+    pub(super) fn left_open(&self) -> Option<String> {
+        let case = self.not_assessed.map(|method| format!("{method} (switched off by the parameters)"));
+        let way = self
+            .without_predicted_path
+            .then(|| "more than the present motion of an object with no predicted path".to_owned());
+        let parts: Vec<String> = case.into_iter().chain(way).collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
     }
 }
 

@@ -52,7 +52,7 @@ pub(super) fn crosswalks_along(
     for segment in &route.segments {
         let id = segment.preferred_primitive.id;
         let Some(road) = map.lanelet(id) else {
-            return Err(format!("not assessed: lanelet {id} is not in the map").into());
+            return Err(format!("lanelet {id} is not in the map").into());
         };
         for rule in road.regulatory_elements().filter(|rule| rule.subtype() == "crosswalk") {
             if seen.contains(&rule.id()) {
@@ -60,11 +60,7 @@ pub(super) fn crosswalks_along(
             }
             seen.push(rule.id());
             let Some(lanelet) = rule.lanelets("refers").next() else {
-                return Err(format!(
-                    "not assessed: the lanelet of crosswalk {} is not in the map",
-                    rule.id()
-                )
-                .into());
+                return Err(format!("the lanelet of crosswalk {} is not in the map", rule.id()).into());
             };
             let signalised = lanelet.regulatory_elements().any(|rule| rule.subtype() == "traffic_light");
             let crosswalk = Crosswalk::new(&rule, &lanelet, parameters);

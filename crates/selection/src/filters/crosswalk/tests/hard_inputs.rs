@@ -22,11 +22,11 @@ fn missing_inputs_are_named_in_order() {
     let mut scene = scene(map_with(&[(10, 10.0)]), 5.0, &[]);
     type Remove = fn(&mut Scene);
     let inputs: [(&str, Remove); 5] = [
-        ("not assessed: no predicted objects", |scene| scene.objects = None),
-        ("not assessed: no acceleration", |scene| scene.acceleration = None),
-        ("not assessed: no odometry", |scene| scene.odometry = None),
-        ("not assessed: no route", |scene| scene.route = None),
-        ("not assessed: no lanelet map", |scene| scene.map = None),
+        ("predicted objects are not available", |scene| scene.objects = None),
+        ("acceleration is not available", |scene| scene.acceleration = None),
+        ("odometry is not available", |scene| scene.odometry = None),
+        ("route is not available", |scene| scene.route = None),
+        ("lanelet map is not available", |scene| scene.map = None),
     ];
     for (text, remove) in inputs {
         remove(&mut scene);
@@ -40,7 +40,7 @@ fn missing_inputs_are_named_in_order() {
 fn nothing_is_judged_before_a_scene_was_seen() {
     let scene = scene(map_with(&[]), 5.0, &[]);
     let judgement = filter().judge(&scene, &drive(0.0, 80.0, 5.0), &mut Scratch::default());
-    assert_eq!(why(&judgement), "not assessed: no scene was observed");
+    assert_eq!(why(&judgement), "no scene was observed");
 }
 
 #[test]
@@ -59,11 +59,11 @@ fn a_route_over_unknown_lanelets_cannot_be_judged() {
     let mut scene = scene(map_with(&[(10, 10.0)]), 5.0, &[]);
     scene.route = Some(route(2, &[ROAD, 77]));
     let judgement = judge(&mut filter(), &scene, &drive(0.0, 80.0, 5.0));
-    assert_eq!(why(&judgement), "not assessed: lanelet 77 is not in the map");
+    assert_eq!(why(&judgement), "lanelet 77 is not in the map");
     scene.objects = None;
     assert_eq!(
         why(&judge(&mut filter(), &scene, &drive(0.0, 80.0, 5.0))),
-        "not assessed: no predicted objects"
+        "predicted objects are not available"
     );
 }
 
@@ -76,7 +76,7 @@ fn a_crosswalk_without_its_lanelet_cannot_be_judged() {
     sketch.0.attach(ROAD, 10).unwrap();
     let scene = scene(sketch.0.build().unwrap(), 5.0, &[]);
     let judgement = judge(&mut filter(), &scene, &drive(0.0, 80.0, 5.0));
-    assert_eq!(why(&judgement), "not assessed: the lanelet of crosswalk 10 is not in the map");
+    assert_eq!(why(&judgement), "the lanelet of crosswalk 10 is not in the map");
 }
 
 #[test]
