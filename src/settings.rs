@@ -5,7 +5,8 @@
 //! name wins. Nothing is accepted by halves: all problems of all sources are collected and returned together, each
 //! with its place, what would be right and the nearest valid name, and a change at run time is checked as a whole.
 //! Unlike rclcpp, which ignores names that nobody declared, an unknown name in a block for this node is a problem:
-//! a misspelled safety limit must not go unnoticed.
+//! a misspelled safety limit must not go unnoticed. Only where files are shared with other nodes
+//! ([`Settings::load_shared`]) names that clearly belong to them pass.
 
 mod draft;
 mod file;
@@ -20,7 +21,7 @@ mod yaml;
 
 pub use node::{AutowareInterface, NodeParameters, SelectorParameters};
 pub(crate) use problem::write_hints;
-pub use problem::{Location, Position, Problem, ProblemKind, SettingsError, Warning};
+pub use problem::{Location, Position, Problem, ProblemKind, SettingsError, Undeclared, Warning};
 pub use table::{Bound, Component, ParameterDescriptor, parameter_table};
 pub use value::{ParameterKind, ParameterValue};
 pub use vehicle::VehicleInfoParameters;
@@ -85,10 +86,24 @@ impl Settings {
     /// Everything that is wrong in any source, and every broken rule between parameters.
     pub fn load(node: &str, sources: &[Source]) -> Result<Self, SettingsError> {
         let (draft, loaded) = Draft::load(Target::Node(node), sources);
-        draft.finish().map(|mut settings| {
-            settings.warnings.splice(0..0, loaded.into_iter().flatten());
-            settings
-        })
+        draft.finish().map(|settings| settings.warned(loaded))
+    }
+
+    /// As [`Settings::load`], for a node in a system where parameters are handed to many nodes at once: names that are
+    /// neither in a group of ours nor spelled like one of ours belong to other nodes; they are returned, each once.
+    ///
+    /// # Errors
+    /// As [`Settings::load`].
+    pub fn load_shared(node: &str, sources: &[Source]) -> Result<(Self, Vec<Undeclared>), SettingsError> {
+        let (mut draft, loaded) = Draft::load(Target::Node(node), sources);
+        let undeclared = draft.take_undeclared();
+        draft.finish().map(|settings| (settings.warned(loaded), undeclared))
+    }
+
+    /// With the warnings of the sources before its own.
+    fn warned(mut self, loaded: Vec<Option<Warning>>) -> Self {
+        self.warnings.splice(0..0, loaded.into_iter().flatten());
+        self
     }
 
     /// Everything that is wrong in the sources, for a node with the last part of this name in whatever namespace.

@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use super::file::{self, Assignment, Target};
 use super::{
     Component, Location, ParameterDescriptor, ParameterKind, ParameterValue, Problem, ProblemKind, Settings,
-    SettingsError, Source, Warning, parameter_table, table,
+    SettingsError, Source, Undeclared, Warning, parameter_table, table,
 };
 
 /// Largest parameter file that is read, in bytes.
@@ -116,6 +116,26 @@ impl Draft {
                 nearest,
             }),
         }
+    }
+
+    /// Takes out the problems that are only names of other nodes: neither in a group of ours nor spelled like ours.
+    pub(super) fn take_undeclared(&mut self) -> Vec<Undeclared> {
+        let foreign = self.problems.extract_if(.., |problem| {
+            let in_our_group = |name: &str| {
+                name.split_once('.').is_some_and(|(group, _)| !table::group_members(group).is_empty())
+            };
+            problem.kind == ProblemKind::Unknown
+                && problem.nearest.is_none()
+                && !problem.key.as_deref().is_some_and(in_our_group)
+        });
+        let mut undeclared: Vec<Undeclared> = Vec::new();
+        for Problem { key, location, .. } in foreign {
+            let name = key.unwrap_or_default();
+            if !undeclared.iter().any(|known| known.name == name) {
+                undeclared.push(Undeclared { name, location });
+            }
+        }
+        undeclared
     }
 
     pub(super) fn problem(&mut self, location: Option<Location>, name: &str, kind: ProblemKind) {

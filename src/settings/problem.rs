@@ -268,6 +268,25 @@ impl fmt::Display for SettingsError {
     }
 }
 
+/// A parameter of another node that this one was given too.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Undeclared {
+    /// Name of the parameter.
+    pub name: String,
+    /// Where it was given first.
+    pub location: Option<Location>,
+}
+
+/// `place: name`
+impl fmt::Display for Undeclared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.location {
+            Some(location) => write!(f, "{location}: `{}`", self.name),
+            None => write!(f, "`{}`", self.name),
+        }
+    }
+}
+
 /// Something to tell the user that does not prevent a start.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
