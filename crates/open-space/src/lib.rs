@@ -12,6 +12,7 @@ pub mod collision;
 pub mod hybrid_a_star;
 pub mod pose;
 pub mod problem;
+pub mod reeds_shepp;
 pub mod tolerance;
 pub mod trajectory;
 
