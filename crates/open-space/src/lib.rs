@@ -13,8 +13,10 @@ pub mod hybrid_a_star;
 pub mod pose;
 pub mod problem;
 pub mod reeds_shepp;
+pub mod stitcher;
 pub mod tolerance;
 pub mod trajectory;
+pub mod vehicle_model;
 
 pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
