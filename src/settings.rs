@@ -124,10 +124,13 @@ impl Settings {
     ///
     /// # Errors
     /// Everything that is wrong with the changes; read-only parameters cannot be changed (setting the same value
-    /// again is no change).
+    /// again is no change), nor can qualities of service.
     pub fn with_changes(&self, changes: &[(String, ParameterValue)]) -> Result<Self, SettingsError> {
         let mut draft = Draft::new(self.values.clone());
         for (name, value) in changes {
+            if name.starts_with(draft::FOREIGN_PREFIX) {
+                draft.problem(None, name, ProblemKind::ReadOnly);
+            }
             let before = table::find(name).map(|index| (index, draft.values[index].clone()));
             draft.assign(name, value.clone(), None);
             if let Some((index, before)) = before
@@ -147,7 +150,12 @@ impl Settings {
     /// is no parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&ParameterValue> {
-        table::find(name).map(|index| &self.values[index])
+        self.find(name).map(|(_, value)| value)
+    }
+
+    /// A parameter and its value; a group of values per class stands for its base value.
+    pub(crate) fn find(&self, name: &str) -> Option<(&'static ParameterDescriptor, &ParameterValue)> {
+        table::find(name).map(|index| (&parameter_table()[index], &self.values[index]))
     }
 
     /// All parameters with their values, in the order of the table.

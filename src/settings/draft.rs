@@ -18,7 +18,7 @@ use super::{
 const MAX_FILE_BYTES: u64 = 4 << 20;
 
 /// Names that every node accepts and that are none of ours.
-const FOREIGN_PREFIX: &str = "qos_overrides.";
+pub(super) const FOREIGN_PREFIX: &str = "qos_overrides.";
 
 pub(super) fn default_values() -> Vec<ParameterValue> {
     parameter_table().iter().map(|d| d.default.clone()).collect()

@@ -159,7 +159,9 @@ impl ParameterDescriptor {
         value: ParameterValue,
     ) -> Result<ParameterValue, (ProblemKind, Option<String>)> {
         let wrong = |kind| Err((kind, None));
-        let Some(given) = value.kind() else { return wrong(ProblemKind::NoValue) };
+        let Some(given) = value.kind() else {
+            return if self.class_of.is_some() { Ok(value) } else { wrong(ProblemKind::NoValue) };
+        };
         let value = match value {
             empty if empty.is_empty_array() && self.kind.is_array() => self.empty_array(),
             ParameterValue::Double(v) if v.is_nan() && self.kind == given && self.class_of.is_some() => {
