@@ -9,11 +9,13 @@
 
 pub mod arc;
 pub mod collision;
+mod convex_program;
 pub mod hybrid_a_star;
 pub mod pose;
 pub mod problem;
 pub mod reeds_shepp;
 pub mod stitcher;
+pub mod speed;
 pub mod tolerance;
 pub mod trajectory;
 pub mod vehicle_model;
@@ -23,4 +25,5 @@ pub use collision::{CollisionChecker, ObstacleError};
 pub use hybrid_a_star::{CoarsePath, GearPart};
 pub use pose::{Gear, PlanarPose};
 pub use problem::{Limits, Problem};
+pub use speed::{SpeedError, SpeedLimits, SpeedProfile, SpeedWeights};
 pub use trajectory::{Trajectory, TrajectoryPoint};

@@ -8,3 +8,38 @@ pub const SWEEP_BULGE_M: f64 = 1e-3;
 
 /// Coordinates beyond this (m) are refused: far outside every map grid, and cross products would lose the millimetre.
 pub const MAX_COORDINATE_M: f64 = 1e7;
+
+/// Part of a limit that the solver is given, so that its own tolerance stays within the limit.
+pub const SOLVER_ROOM: f64 = 1.0 - 1e-6;
+
+/// How far a solved speed profile may miss its end: m, m/s and m/s².
+pub const PROFILE_END: f64 = 1e-5;
+
+/// Shortest relative gain of time for which the speed is solved once more.
+pub const SPEED_GAIN: f64 = 0.02;
+
+/// How far (m) a path may miss its end before curvatures are corrected once more.
+pub const PATH_END_M: f64 = 1e-9;
+
+/// The same for its heading, rad.
+pub const PATH_END_RAD: f64 = 1e-9;
+
+/// How far (m, or m/s) a trajectory may begin off the start and end off the goal.
+pub const END_M: f64 = 1e-3;
+
+/// The same for its headings, rad.
+pub const END_RAD: f64 = 1e-3;
+
+/// Part of a limit by which rounding may exceed it.
+pub const LIMIT_ROOM: f64 = 1e-6;
+
+/// How far (m, rad or m/s) the way between two points may differ from what their speeds and curvatures tell, which are
+/// means over a tenth of a second at most.
+pub const KINEMATICS: f64 = 2e-3;
+
+/// Travel (m) between poses of a path whose swept area is checked as one hull; the hull of a turning vehicle reaches
+/// beyond what it sweeps by some millimetres for each centimetre.
+pub const SWEEP_STEP_M: f64 = 0.01;
+
+/// The same for its heading, rad.
+pub const SWEEP_STEP_RAD: f64 = 0.004;
