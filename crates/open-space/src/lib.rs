@@ -20,6 +20,11 @@ pub mod speed;
 pub mod tolerance;
 pub mod trajectory;
 pub mod vehicle_model;
+pub mod smoother;
+pub mod speed;
+pub mod tolerance;
+pub mod trajectory;
+pub mod verification;
 
 pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
@@ -29,3 +34,4 @@ pub use pose::{Gear, PlanarPose};
 pub use problem::{Limits, Problem};
 pub use speed::{SpeedError, SpeedLimits, SpeedProfile, SpeedWeights};
 pub use trajectory::{Trajectory, TrajectoryPoint};
+pub use verification::{Measures, Violation};
