@@ -15,15 +15,12 @@ pub mod path_profile;
 pub mod pose;
 pub mod problem;
 pub mod reeds_shepp;
-pub mod stitcher;
+pub mod smoother;
 pub mod speed;
+pub mod stitcher;
 pub mod tolerance;
 pub mod trajectory;
 pub mod vehicle_model;
-pub mod smoother;
-pub mod speed;
-pub mod tolerance;
-pub mod trajectory;
 pub mod verification;
 
 pub use arc::Arc;
