@@ -429,6 +429,23 @@ fn a_filter_in_both_lists_is_enforced_with_a_warning() {
 }
 
 #[test]
+fn generators_whose_kind_is_unknown_are_a_warning() {
+    let without_source = |entries: &str| -> Vec<String> {
+        let settings = load(assign("generator_name_prefixes", entries)).unwrap();
+        let of_generator = |warning: &Warning| match warning {
+            Warning::GeneratorWithoutSource { entry } => Some(entry.clone()),
+            _ => None,
+        };
+        settings.warnings().iter().filter_map(of_generator).collect()
+    };
+    assert_eq!(without_source("[DiffusionPlanner_, MyPlanner_=backup_planner_go]"), Vec::<String>::new());
+    let found = without_source("[MinimumRuleBasedPlanner, DiffusionPlanner_, \"MyPlanner_=backup\"]");
+    assert_eq!(found, ["MinimumRuleBasedPlanner", "MyPlanner_=backup"]);
+    let text = Warning::GeneratorWithoutSource { entry: "MyPlanner_".to_owned() }.to_string();
+    assert!(text.contains("write it as MyPlanner_=diffusion_planner"), "{text}");
+}
+
+#[test]
 fn dimensions_of_the_vehicle_that_nobody_gave_are_a_warning() {
     let missing = |settings: &Settings| {
         settings.warnings().iter().find_map(|w| match w {

@@ -179,6 +179,8 @@ impl Draft {
             warnings: Vec::new(),
         };
         settings.warnings = filter_warnings(&settings.validator);
+        let without = settings.selector.sources().into_iter().filter(|row| row.source.is_none());
+        settings.warnings.extend(without.map(|row| Warning::GeneratorWithoutSource { entry: row.prefix }));
         settings.warnings.extend(self.vehicle_warning());
         Ok(settings)
     }

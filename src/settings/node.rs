@@ -1,6 +1,7 @@
 //! Parameters of the node itself.
 
 use schemars::JsonSchema;
+use selection::ranker::GeneratorSource;
 use serde::{Deserialize, Serialize};
 
 /// Parameters that every ROS 2 node has.
@@ -18,7 +19,9 @@ pub struct SelectorParameters {
     /// Time after the last generative message at which a cycle runs without one.
     #[schemars(range(min = 1, max = 3_600_000), extend("x-unit" = "ms"))]
     pub fallback_period_ms: i64,
-    /// Beginnings of generator names that may be ranked; the first that fits a name decides its source.
+    /// Beginnings of generator names that may be ranked; the first that fits a name decides what kind of planner it
+    /// is. Known are DiffusionPlanner_, MLPlanner_, MinimumRuleBasedPlanner_Go and MinimumRuleBasedPlanner_Stop; others
+    /// are written with their kind, as in MyPlanner_=diffusion_planner (or backup_planner_go, backup_planner_stop).
     pub generator_name_prefixes: Vec<String>,
     /// Release of the message definitions: from "0.53" on candidates carry a turn indicator command.
     #[schemars(extend("x-read-only" = true))]
@@ -45,5 +48,13 @@ impl Default for SelectorParameters {
             generator_name_prefixes: prefixes.map(str::to_owned).to_vec(),
             autoware_interface: AutowareInterface::default(),
         }
+    }
+}
+
+impl SelectorParameters {
+    /// The table of generators that may be ranked.
+    #[must_use]
+    pub fn sources(&self) -> Vec<GeneratorSource> {
+        GeneratorSource::table(&self.generator_name_prefixes)
     }
 }

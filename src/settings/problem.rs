@@ -315,6 +315,15 @@ pub enum Warning {
         /// The patterns of the file.
         found: String,
     },
+    /// A beginning of generator names that says nothing about the planner.
+    #[error(
+        "`{entry}` in generator_name_prefixes has no source, so what it fits is never chosen: write it as \
+         {entry}=diffusion_planner, {entry}=backup_planner_go or {entry}=backup_planner_stop"
+    )]
+    GeneratorWithoutSource {
+        /// The entry.
+        entry: String,
+    },
     /// Dimensions of the vehicle that nobody gave.
     #[error("no value for {names}: the dimensions of the sample vehicle are used")]
     VehicleDimensionsAssumed {

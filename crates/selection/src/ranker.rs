@@ -17,7 +17,7 @@ pub mod quality;
 pub mod sampling;
 mod source;
 
-pub use source::{DEFAULT_SOURCES, GeneratorSource, default_sources, source_of};
+pub use source::{GeneratorSource, source_of};
 
 use crate::candidate::{Candidate, pose_of};
 use crate::parameters::{RankerParameters, RiskName, SourceName};
@@ -63,6 +63,8 @@ pub struct Ranked {
 pub enum Unrankable {
     /// Nothing in the table of generators fits the name of its generator.
     UnknownGenerator,
+    /// What fits the name in the table does not say what kind of planner it is.
+    GeneratorWithoutSource,
     /// The score is no number, because a parameter is none.
     ScoreIsNoNumber,
 }
@@ -73,6 +75,7 @@ impl Unrankable {
     pub fn name(self) -> &'static str {
         match self {
             Self::UnknownGenerator => "unknown_generator",
+            Self::GeneratorWithoutSource => "generator_without_source",
             Self::ScoreIsNoNumber => "score_is_no_number",
         }
     }
@@ -82,6 +85,9 @@ impl fmt::Display for Unrankable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::UnknownGenerator => "no entry of generator_name_prefixes fits the name of its generator",
+            Self::GeneratorWithoutSource => {
+                "the entry of generator_name_prefixes that fits the name of its generator has no source"
+            }
             Self::ScoreIsNoNumber => "its score is no number; look at the penalties and scales of the ranker",
         })
     }
@@ -167,11 +173,11 @@ impl Ranker {
         });
         for (index, (candidate, verdict)) in accepted {
             match source_of(&self.sources, &candidate.generator_name) {
-                Some(source) => {
+                Ok(source) => {
                     let penalties = self.penalties(verdict.risk, source);
                     ranking.ranked.push(Ranked { index, source, penalties, score: 0.0 });
                 }
-                None => ranking.unranked.push((index, Unrankable::UnknownGenerator)),
+                Err(why) => ranking.unranked.push((index, why)),
             }
         }
         self.add_quality(scene, candidates, &mut ranking.ranked);

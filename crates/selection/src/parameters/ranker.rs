@@ -99,6 +99,9 @@ pub enum SourceName {
 }
 
 impl SourceName {
+    /// All kinds, in the order of the shipped penalties.
+    pub const ALL: [Self; 3] = [Self::DiffusionPlanner, Self::BackupPlannerGo, Self::BackupPlannerStop];
+
     /// Name in parameter files.
     #[must_use]
     pub const fn name(self) -> &'static str {

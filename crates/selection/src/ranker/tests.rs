@@ -21,14 +21,22 @@ const STOP: &str = "MinimumRuleBasedPlanner_Stop";
 const RISKS: [RiskLevel; 5] =
     [RiskLevel::Safe, RiskLevel::LowCaution, RiskLevel::HighCaution, RiskLevel::Danger, RiskLevel::Fatal];
 
+fn shipped() -> Vec<GeneratorSource> {
+    GeneratorSource::table(&[
+        "DiffusionPlanner_",
+        "MinimumRuleBasedPlanner_Go",
+        "MinimumRuleBasedPlanner_Stop",
+    ])
+}
+
 fn ranker() -> Ranker {
-    Ranker::new(RankerParameters::default(), default_sources())
+    Ranker::new(RankerParameters::default(), shipped())
 }
 
 fn ranker_with(change: impl FnOnce(&mut RankerParameters)) -> Ranker {
     let mut parameters = RankerParameters::default();
     change(&mut parameters);
-    Ranker::new(parameters, default_sources())
+    Ranker::new(parameters, shipped())
 }
 
 /// A candidate of the planner with this number and name.
