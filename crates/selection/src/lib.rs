@@ -6,8 +6,10 @@
 //! 1. [`Concatenator`] keeps the newest candidates of every generator and gives out those that are still fresh.
 //! 2. [`Validator`] judges every candidate with every loaded [`Filter`], after the mandatory data-validity check.
 //! 3. [`Ranker`] scores what the enforced filters accepted, and says which candidate is best.
-//! 4. [`report`] puts the verdicts into the messages that leave the node.
+//! 4. [`adapter`] makes the messages that drive the vehicle from the best candidate.
+//! 5. [`report`] puts the verdicts into the messages that leave the node.
 
+pub mod adapter;
 pub mod candidate;
 pub mod concatenator;
 pub mod data_validity;
