@@ -16,13 +16,15 @@ mod inputs;
 
 use crossbeam_channel::{Sender, unbounded};
 use inputs::{candidate_set, one_lanelet};
+use messages::Interface;
 use messages::autoware_internal_planning_msgs::CandidateTrajectories;
 use messages::autoware_planning_msgs::TrajectoryPoint;
 use messages::builtin_interfaces::{Duration as Span, Time};
 use messages::geometry_msgs::{Point, Pose, Quaternion};
 use motion::VehicleInfo;
-use selection::Validator;
-use selection::parameters::ValidatorParameters;
+use selection::parameters::{RankerParameters, ValidatorParameters};
+use selection::ranker::GeneratorSource;
+use selection::{Pipeline, Ranker, Validator};
 use selector_actors::cycle::{CycleReport, CycleTimes, Outcome};
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{Clock, Config, Input, Publication, SelectorSystem, Sink, SinkError};
@@ -119,7 +121,11 @@ fn measure(threads: usize) -> Vec<Sample> {
         fallback_period_ms: 150,
         duration_time_s: 0.2,
         vehicle,
-        validator: Validator::new(parameters, &vehicle).unwrap(),
+        pipeline: Pipeline::new(
+            Validator::new(parameters, &vehicle).unwrap(),
+            Ranker::new(RankerParameters::default(), GeneratorSource::table(&["=diffusion_planner"])),
+        ),
+        interface: Interface::V0_53,
         published_times: PublishedTimes::Measured,
     };
     let system = SelectorSystem::start(config, Box::new(Stopwatch(sender))).unwrap();

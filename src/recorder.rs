@@ -81,7 +81,7 @@ impl Writer {
                     &topic.full_name(),
                     message.type_name(),
                     &message.definition(self.interface),
-                    QosProfile { depth: topic.depth(), ..QosProfile::default() },
+                    QosProfile::of_output(*topic),
                 )?;
                 self.topics.insert(*topic, id);
                 id

@@ -15,7 +15,7 @@ use lanelet_map::Map;
 use messages::Interface;
 use messages::builtin_interfaces::Time;
 use motion::{VehicleDimensions, VehicleInfo};
-use selection::Validator;
+use selection::{Pipeline, Ranker, Validator};
 use selector_actors::cycle::CycleReport;
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{Clock, Config, Input, InputTopic, SelectorSystem, SystemError};
@@ -168,13 +168,15 @@ impl Session {
 
     fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
         let (vehicle, validator) = (vehicle_of(settings)?, validator_of(settings)?);
+        let ranker = Ranker::new(settings.ranker.clone(), settings.selector.sources());
         Ok(Config {
             clock,
             threads: self.threads,
             fallback_period_ms: settings.selector.fallback_period_ms,
             duration_time_s: settings.concatenator.duration_time,
             vehicle,
-            validator,
+            pipeline: Pipeline::new(validator, ranker),
+            interface: self.interface,
             published_times: match self.rate {
                 Rate::Max => PublishedTimes::Zero,
                 Rate::Times(_) => PublishedTimes::Measured,

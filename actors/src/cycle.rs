@@ -1,9 +1,13 @@
 //! A cycle is one value in and one value out.
 
-use messages::autoware_internal_planning_msgs::CandidateTrajectories;
+use messages::autoware_internal_planning_msgs::{
+    CandidateTrajectories, PlanningFactorArray, ScoredCandidateTrajectories,
+};
 use messages::autoware_trajectory_validator::ValidationReportArray;
+use selection::adapter::Selected;
+use selection::pipeline::Step;
 use selection::report::FilterSummary;
-use selection::{Concatenated, MissingInput, Scene, Verdict};
+use selection::{Concatenated, MissingInput, Ranking, Scene, Verdict};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -54,7 +58,7 @@ pub enum Outcome {
     /// The validation itself broke down outside of any filter; no validated set is published.
     Failed(String),
     /// Every candidate was judged.
-    Judged(Judged),
+    Judged(Box<Judged>),
 }
 
 impl Outcome {
@@ -79,14 +83,50 @@ pub struct Judged {
     pub validated: Arc<CandidateTrajectories>,
     /// What is reported about each candidate.
     pub reports: Arc<ValidationReportArray>,
+    /// Why planners would have to do something about the candidates.
+    pub planning_factors: Arc<PlanningFactorArray>,
     /// What each filter did, the data-validity check first.
     pub filters: Vec<FilterSummary>,
+    /// The accepted candidates with their scores, and those that have none.
+    pub ranking: Ranking,
+    /// The scored candidates.
+    pub scored: Arc<ScoredCandidateTrajectories>,
+    /// The trajectory to drive. `None` if there is none that may be driven.
+    pub selected: Option<Selected>,
     /// Time spent in each loaded filter, over all candidates and threads; names as in `filters` without the first.
     pub filter_times: Vec<Duration>,
     /// Time spent before the first candidate.
     pub observe: Duration,
     /// Time from the first candidate to the last, folding included.
     pub judge: Duration,
+    /// Time spent on ranking, remembering included.
+    pub rank: Duration,
+    /// The part of `rank` that remembering took.
+    pub remember: Duration,
+    /// Time spent on the messages of the selected trajectory.
+    pub adapt: Duration,
+}
+
+impl From<Step> for Judged {
+    fn from(step: Step) -> Self {
+        let times = step.times;
+        Self {
+            verdicts: step.verdicts,
+            validated: Arc::new(step.validated),
+            reports: Arc::new(step.reports),
+            planning_factors: Arc::new(step.planning_factors),
+            filters: step.filters,
+            ranking: step.ranking,
+            scored: Arc::new(step.scored),
+            selected: step.selected,
+            filter_times: times.filters_ns.into_iter().map(Duration::from_nanos).collect(),
+            observe: Duration::from_nanos(times.observe_ns),
+            judge: Duration::from_nanos(times.judge_ns),
+            rank: Duration::from_nanos(times.rank_ns),
+            remember: Duration::from_nanos(times.remember_ns),
+            adapt: Duration::from_nanos(times.adapt_ns),
+        }
+    }
 }
 
 /// A cycle that came to its end.

@@ -1,20 +1,24 @@
 //! Owns what leaves the node: the order of outputs within a cycle, throttled logs, and the sink.
 //!
 //! What it promises: a validated set is published only from a cycle in which every candidate in it was judged and
-//! accepted; every cycle, early-returned ones included, publishes diagnostics and its processing-time tree; the order of
-//! outputs within a cycle is fixed (`selector-node`: concatenated, reports, diagnostics, times, validated sets, tree).
+//! accepted; a trajectory to drive only if it is in that set; every cycle, early-returned ones included, publishes
+//! diagnostics and its processing-time tree; the order of outputs within a cycle is fixed (`OutputTopic::all`).
 
 mod diagnostics;
+mod ranking_log;
 mod throttle;
 
+use crate::clock::Clock;
 use crate::cycle::{CycleReport, CycleTimes, Judged, Outcome};
 use crate::scheduler::{CycleEnded, Scheduler};
 use crate::tally::Tally;
 use crate::time_tree::{ROOT, TimeTree, milliseconds};
 use crate::topics::{OutputMessage, OutputTopic};
 use actix::{Actor, Addr, Context, Handler, Message};
+use messages::Interface;
 use messages::autoware_internal_debug_msgs::{Float64Stamped, StringStamped};
 use messages::builtin_interfaces::Time;
+use selection::adapter::Selected;
 use selection::concatenator::Oddities;
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
@@ -60,13 +64,21 @@ pub enum PublishedTimes {
     Zero,
 }
 
+/// Where outputs go, and in what form.
+pub(crate) struct Outlet {
+    pub(crate) sink: Box<dyn Sink>,
+    pub(crate) clock: Clock,
+    pub(crate) times: PublishedTimes,
+    pub(crate) interface: Interface,
+    /// Keeps the first error of the sink.
+    pub(crate) failure: Arc<OnceLock<SinkError>>,
+}
+
 /// The owner of the outputs.
 pub(crate) struct Publisher {
-    sink: Box<dyn Sink>,
-    times: PublishedTimes,
+    outlet: Outlet,
     scheduler: Option<Addr<Scheduler>>,
     throttle: Throttle,
-    failure: Arc<OnceLock<SinkError>>,
     tally: Arc<Tally>,
     now: Time,
 }
@@ -74,37 +86,32 @@ pub(crate) struct Publisher {
 impl std::fmt::Debug for Publisher {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Publisher")
-            .field("times", &self.times)
-            .field("failure", &self.failure)
+            .field("times", &self.outlet.times)
+            .field("failure", &self.outlet.failure)
             .finish_non_exhaustive()
     }
 }
 
 impl Publisher {
-    pub(crate) fn new(
-        sink: Box<dyn Sink>,
-        times: PublishedTimes,
-        failure: Arc<OnceLock<SinkError>>,
-        tally: Arc<Tally>,
-    ) -> Self {
+    pub(crate) fn new(outlet: Outlet, tally: Arc<Tally>) -> Self {
         let (throttle, now) = (Throttle::default(), Time::default());
-        Self { sink, times, scheduler: None, throttle, failure, tally, now }
+        Self { outlet, scheduler: None, throttle, tally, now }
     }
 
     fn publish(&mut self, topic: OutputTopic, message: OutputMessage) {
         let publication = Publication { topic, stamp: self.now, message };
-        if let Err(failure) = self.sink.publish(publication) {
+        if let Err(failure) = self.outlet.sink.publish(publication) {
             self.tally.count_unpublished();
             if self.throttle.allows(self.now, 1000, "sink", "publish") {
                 error!("{failure}");
             }
             // Only the first failure is kept; the later ones follow from it.
-            let _ = self.failure.set(failure);
+            let _ = self.outlet.failure.set(failure);
         }
     }
 
     fn shown(&self, took: Duration) -> Duration {
-        match self.times {
+        match self.outlet.times {
             PublishedTimes::Measured => took,
             PublishedTimes::Zero => Duration::ZERO,
         }
@@ -153,11 +160,28 @@ impl Publisher {
     fn publish_judged(&mut self, report: &CycleReport, judged: &Judged) {
         self.log_rejections(judged);
         self.publish(OutputTopic::ValidationReports, OutputMessage::Reports(judged.reports.clone()));
+        let factors = OutputMessage::PlanningFactors(judged.planning_factors.clone());
+        self.publish(OutputTopic::PlanningFactors, factors);
         self.publish_diagnostics(report);
         self.publish_times(judged);
         let validated = OutputMessage::Candidates(judged.validated.clone());
         self.publish(OutputTopic::Trajectories, validated.clone());
         self.publish(OutputTopic::ValidatedTrajectories, validated);
+        self.publish(OutputTopic::ScoredTrajectories, OutputMessage::Scored(judged.scored.clone()));
+        ranking_log::write(report, judged, &mut self.throttle);
+        if let Some(selected) = &judged.selected {
+            self.publish_selected(selected);
+        }
+    }
+
+    fn publish_selected(&mut self, selected: &Selected) {
+        let now = self.outlet.clock.now();
+        self.publish(OutputTopic::Latency, OutputMessage::Number(selected.latency(now)));
+        self.publish(OutputTopic::Trajectory, OutputMessage::Trajectory(selected.trajectory.clone()));
+        if self.outlet.interface.has_turn_indicators() {
+            let command = OutputMessage::TurnIndicators(selected.turn_indicators(now));
+            self.publish(OutputTopic::TurnIndicators, command);
+        }
     }
 
     fn log_oddities(&mut self, oddities: Oddities) {
@@ -212,11 +236,14 @@ impl Publisher {
             let validation = self.shown(judged.observe + judged.judge + publish);
             let validate = tree.add(root, "validate_trajectories", validation);
             tree.add(validate, "publish_debug", self.shown(publish));
+            let rank = tree.add(root, "rank_trajectories", self.shown(judged.rank));
+            tree.add(rank, "update_last_best_trajectory_info", self.shown(judged.remember));
+            tree.add(root, "get_trajectory", self.shown(judged.adapt));
         }
         self.publish_tree(tree);
         // Again, so that the tree itself is in the latency that is reported.
         let times = CycleTimes { publish: publish_started.elapsed(), cycle: report.cycle.arrived.elapsed() };
-        self.sink.observe(report, times);
+        self.outlet.sink.observe(report, times);
         if let Some(scheduler) = &self.scheduler {
             scheduler.do_send(CycleEnded);
         }

@@ -13,14 +13,15 @@ use crate::buffer::{Buffer, SetDurationTime, TakeFresh};
 use crate::clock::Clock;
 use crate::cycle::{Cycle, Trigger};
 use crate::sensors::{Sensors, TakeSnapshot};
-use crate::validation::{SetValidatorParameters, Validation};
+use crate::validation::{SetRankerParameters, SetValidatorParameters, Validation};
 use actix::fut::WrapFuture;
 use actix::{
     Actor, ActorFutureExt, Addr, AsyncContext, Context, Handler, MailboxError, Message, MessageResult,
 };
 use crossbeam_channel::Sender;
 use messages::builtin_interfaces::Time;
-use selection::parameters::ValidatorParameters;
+use selection::parameters::{RankerParameters, ValidatorParameters};
+use selection::ranker::GeneratorSource;
 use selection::{Concatenated, Scene};
 use std::sync::Arc;
 use std::time::Instant;
@@ -63,6 +64,10 @@ pub struct Parameters {
     pub duration_time_s: f64,
     /// The filters'.
     pub validator: ValidatorParameters,
+    /// The ranker's.
+    pub ranker: RankerParameters,
+    /// Which generators may be ranked.
+    pub sources: Vec<GeneratorSource>,
 }
 
 /// What the scheduler has done so far.
@@ -176,11 +181,12 @@ impl Scheduler {
 
     /// Between two cycles, so that each is judged by one set of parameters.
     fn configure(&mut self, parameters: Parameters) {
-        let Parameters { fallback_period_ms, duration_time_s, validator } = parameters;
+        let Parameters { fallback_period_ms, duration_time_s, validator, ranker, sources } = parameters;
         self.set_fallback_period(fallback_period_ms);
         if let Some(stages) = &self.stages {
             stages.buffer.do_send(SetDurationTime(duration_time_s));
             stages.validation.do_send(SetValidatorParameters(validator));
+            stages.validation.do_send(SetRankerParameters(ranker, sources));
         }
     }
 

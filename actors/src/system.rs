@@ -8,7 +8,7 @@ use crate::buffer::{Add, Buffer, SetDurationTime};
 use crate::clock::Clock;
 use crate::inlets::{Inlets, SensorSlots};
 use crate::map_decoder::MapDecoder;
-use crate::publisher::{PublishedTimes, Publisher, Report, Sink, SinkError};
+use crate::publisher::{Outlet, PublishedTimes, Publisher, Report, Sink, SinkError};
 use crate::scheduler::{
     Configure, Finish, Parameters, Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp,
     WaitForIdle, Wire, sleep_and_wake,
@@ -16,15 +16,17 @@ use crate::scheduler::{
 use crate::sensors::{Sense, Sensors, WaitForSensors};
 use crate::tally::Tally;
 use crate::topics::Input;
-use crate::validation::{SetValidatorParameters, Validation};
+use crate::validation::{SetRankerParameters, SetValidatorParameters, Validation};
 use actix::{Actor, Addr, System};
 use crossbeam_channel::{Sender, bounded};
+use messages::Interface;
 use messages::autoware_perception_msgs::TrafficLightGroupArray;
 use messages::builtin_interfaces::Time;
 use motion::VehicleInfo;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use selection::parameters::ValidatorParameters;
-use selection::{Scene, Validator};
+use selection::parameters::{RankerParameters, ValidatorParameters};
+use selection::ranker::GeneratorSource;
+use selection::{Pipeline, Scene};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -42,8 +44,10 @@ pub struct Config {
     pub duration_time_s: f64,
     /// The own vehicle.
     pub vehicle: VehicleInfo,
-    /// The loaded filters.
-    pub validator: Validator,
+    /// Filters and ranker.
+    pub pipeline: Pipeline,
+    /// Wire form of candidates; where they carry no turn indicator command, none is published.
+    pub interface: Interface,
     /// Whether published times are measured.
     pub published_times: PublishedTimes,
 }
@@ -213,6 +217,11 @@ impl SelectorSystem {
         self.actors.validation.do_send(SetValidatorParameters(parameters));
     }
 
+    /// Changes the parameters of the ranker and its table of generators, from the next cycle on.
+    pub fn set_ranker_parameters(&self, parameters: RankerParameters, sources: Vec<GeneratorSource>) {
+        self.actors.validation.do_send(SetRankerParameters(parameters, sources));
+    }
+
     /// Lets the running cycle end and no other start, then stops the actors; the sink is dropped before this returns.
     ///
     /// # Errors
@@ -278,8 +287,15 @@ fn run_actors(parts: Parts, ready: &Sender<(Actors, System)>) {
 
 fn wire(parts: Parts) -> Actors {
     let Parts { config, sink, pool, decoder, shared: Shared { failure, slots, tally } } = parts;
-    let publisher = Publisher::new(sink, config.published_times, failure, tally.clone()).start();
-    let validation = Validation::new(config.validator, pool, publisher.clone()).start();
+    let outlet = Outlet {
+        sink,
+        clock: config.clock.clone(),
+        times: config.published_times,
+        interface: config.interface,
+        failure,
+    };
+    let publisher = Publisher::new(outlet, tally.clone()).start();
+    let validation = Validation::new(config.pipeline, pool, publisher.clone()).start();
     let mut scene = Scene::empty(config.clock.now(), Arc::new(config.vehicle));
     // A node that never saw a traffic light message judges as if no light were in sight.
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));

@@ -3,15 +3,19 @@
 use lanelet_map::Map;
 use messages::Message;
 use messages::autoware_internal_debug_msgs::{Float64Stamped, ProcessingTimeTree, StringStamped};
-use messages::autoware_internal_planning_msgs::CandidateTrajectories;
+use messages::autoware_internal_planning_msgs::{
+    CandidateTrajectories, PlanningFactorArray, ScoredCandidateTrajectories,
+};
 use messages::autoware_map_msgs::LaneletMapBin;
 use messages::autoware_perception_msgs::{PredictedObjects, TrafficLightGroupArray};
-use messages::autoware_planning_msgs::LaneletRoute;
+use messages::autoware_planning_msgs::{LaneletRoute, Trajectory};
 use messages::autoware_trajectory_validator::ValidationReportArray;
+use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
 use messages::diagnostic_msgs::DiagnosticArray;
 use messages::geometry_msgs::AccelWithCovarianceStamped;
 use messages::nav_msgs::Odometry;
 use messages::{DecodeError, Interface};
+use selection::report::PLANNING_MODULE;
 use std::sync::Arc;
 
 /// Name of the node.
@@ -158,8 +162,18 @@ pub enum OutputTopic {
     ConcatenatedTrajectories,
     /// The validated set.
     ValidatedTrajectories,
+    /// The accepted candidates that can be ranked, with their scores.
+    ScoredTrajectories,
+    /// The best of them: what is to be driven.
+    Trajectory,
+    /// What the turn indicators shall do meanwhile; only where candidates carry a command.
+    TurnIndicators,
+    /// How old the trajectory is when it leaves.
+    Latency,
     /// What was found about each candidate.
     ValidationReports,
+    /// Why planners would have to do something about the candidates.
+    PlanningFactors,
     /// Health of the node.
     Diagnostics,
     /// Time of a whole validation.
@@ -178,8 +192,53 @@ impl OutputTopic {
     pub fn full_name(self) -> String {
         match self {
             Self::Diagnostics => "/diagnostics".to_owned(),
+            Self::PlanningFactors => format!("/planning/planning_factors/{PLANNING_MODULE}"),
             Self::FilterProcessingTime(filter) => format!("/{NODE_NAME}/debug/{filter}/processing_time_ms"),
             other => format!("/{NODE_NAME}/{}", other.private_name()),
+        }
+    }
+
+    /// Every topic that a node with these filters (in order of evaluation) publishes on, in the order of a cycle.
+    /// Without a command in the candidates there is none for the turn indicators.
+    #[must_use]
+    pub fn all(interface: Interface, filters: &[&'static str]) -> Vec<Self> {
+        let mut topics = vec![
+            Self::ConcatenatedTrajectories,
+            Self::ValidationReports,
+            Self::PlanningFactors,
+            Self::Diagnostics,
+            Self::ProcessingTime,
+        ];
+        topics.extend(filters.iter().map(|filter| Self::FilterProcessingTime(filter)));
+        topics.extend([
+            Self::ProcessingTimeText,
+            Self::Trajectories,
+            Self::ValidatedTrajectories,
+            Self::ScoredTrajectories,
+            Self::Latency,
+            Self::Trajectory,
+        ]);
+        topics.extend(interface.has_turn_indicators().then_some(Self::TurnIndicators));
+        topics.push(Self::ProcessingTimeTree);
+        topics
+    }
+
+    /// ROS type.
+    #[must_use]
+    pub fn type_name(self) -> &'static str {
+        match self {
+            Self::Trajectories | Self::ConcatenatedTrajectories | Self::ValidatedTrajectories => {
+                CandidateTrajectories::TYPE_NAME
+            }
+            Self::ScoredTrajectories => ScoredCandidateTrajectories::TYPE_NAME,
+            Self::Trajectory => Trajectory::TYPE_NAME,
+            Self::TurnIndicators => TurnIndicatorsCommand::TYPE_NAME,
+            Self::ValidationReports => ValidationReportArray::TYPE_NAME,
+            Self::PlanningFactors => PlanningFactorArray::TYPE_NAME,
+            Self::Diagnostics => DiagnosticArray::TYPE_NAME,
+            Self::Latency | Self::ProcessingTime | Self::FilterProcessingTime(_) => Float64Stamped::TYPE_NAME,
+            Self::ProcessingTimeText => StringStamped::TYPE_NAME,
+            Self::ProcessingTimeTree => ProcessingTimeTree::TYPE_NAME,
         }
     }
 
@@ -188,7 +247,12 @@ impl OutputTopic {
             Self::Trajectories => "output/trajectories",
             Self::ConcatenatedTrajectories => "output/concatenated_trajectories",
             Self::ValidatedTrajectories => "output/validated_trajectories",
+            Self::ScoredTrajectories => "output/scored_trajectories",
+            Self::Trajectory => "output/trajectory",
+            Self::TurnIndicators => "output/turn_indicators",
+            Self::Latency => "debug/planning_component_latency_s",
             Self::ValidationReports => "debug/validation_reports",
+            Self::PlanningFactors => "planning_factors",
             Self::ProcessingTime | Self::FilterProcessingTime(_) => "debug/processing_time_ms",
             Self::ProcessingTimeText => "debug/processing_time_text",
             Self::ProcessingTimeTree => "debug/processing_time_detail_ms/trajectory_selector",
@@ -208,6 +272,14 @@ impl OutputTopic {
 pub enum OutputMessage {
     /// A set of candidates.
     Candidates(Arc<CandidateTrajectories>),
+    /// Candidates with scores.
+    Scored(Arc<ScoredCandidateTrajectories>),
+    /// A trajectory to drive.
+    Trajectory(Arc<Trajectory>),
+    /// A command to the turn indicators.
+    TurnIndicators(TurnIndicatorsCommand),
+    /// Planning factors.
+    PlanningFactors(Arc<PlanningFactorArray>),
     /// Validation reports.
     Reports(Arc<ValidationReportArray>),
     /// Diagnostics.
@@ -226,6 +298,10 @@ impl OutputMessage {
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Candidates(_) => CandidateTrajectories::TYPE_NAME,
+            Self::Scored(_) => ScoredCandidateTrajectories::TYPE_NAME,
+            Self::Trajectory(_) => Trajectory::TYPE_NAME,
+            Self::TurnIndicators(_) => TurnIndicatorsCommand::TYPE_NAME,
+            Self::PlanningFactors(_) => PlanningFactorArray::TYPE_NAME,
             Self::Reports(_) => ValidationReportArray::TYPE_NAME,
             Self::Diagnostics(_) => DiagnosticArray::TYPE_NAME,
             Self::Number(_) => Float64Stamped::TYPE_NAME,
@@ -239,6 +315,10 @@ impl OutputMessage {
     pub fn definition(&self, interface: Interface) -> String {
         match self {
             Self::Candidates(_) => CandidateTrajectories::definition(interface),
+            Self::Scored(_) => ScoredCandidateTrajectories::definition(interface),
+            Self::Trajectory(_) => Trajectory::definition(interface),
+            Self::TurnIndicators(_) => TurnIndicatorsCommand::definition(interface),
+            Self::PlanningFactors(_) => PlanningFactorArray::definition(interface),
             Self::Reports(_) => ValidationReportArray::definition(interface),
             Self::Diagnostics(_) => DiagnosticArray::definition(interface),
             Self::Number(_) => Float64Stamped::definition(interface),
@@ -252,6 +332,10 @@ impl OutputMessage {
     pub fn to_cdr(&self, interface: Interface) -> Vec<u8> {
         match self {
             Self::Candidates(message) => message.to_cdr(interface),
+            Self::Scored(message) => message.to_cdr(interface),
+            Self::Trajectory(message) => message.to_cdr(interface),
+            Self::TurnIndicators(message) => message.to_cdr(interface),
+            Self::PlanningFactors(message) => message.to_cdr(interface),
             Self::Reports(message) => message.to_cdr(interface),
             Self::Diagnostics(message) => message.to_cdr(interface),
             Self::Number(message) => message.to_cdr(interface),

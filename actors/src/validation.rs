@@ -1,21 +1,23 @@
-//! Owns the filters with their memory and the rayon pool; turns a cycle into its report.
+//! Owns the pipeline (filters and ranker with their memory) and the rayon pool; turns a cycle into its report.
 //!
-//! The arbiter thread never waits for judging: the validator goes out to the pool with the cycle and comes back with the
+//! The arbiter thread never waits for judging: the pipeline goes out to the pool with the cycle and comes back with the
 //! report. Few candidates are judged inline, because waking a pool costs more than they do. Changed parameters take
 //! effect between two cycles.
 
-use crate::cycle::{Cycle, CycleReport, Judged, Outcome};
+use crate::cycle::{Cycle, CycleReport, Outcome};
 use crate::publisher::{PublishCycle, Publisher};
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message};
 use rayon::ThreadPool;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSlice;
-use selection::parameters::ValidatorParameters;
-use selection::{Candidate, Scene, Scratch, Validator, Verdict, report};
+use selection::parameters::{RankerParameters, ValidatorParameters};
+use selection::pipeline::{JudgeAll, judge_in_order};
+use selection::ranker::GeneratorSource;
+use selection::{Candidate, Pipeline, Scene, Scratch, Validator, Verdict};
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tracing::error;
 
 /// Up to this many candidates are judged on the arbiter thread. Waking the pool after 100 ms of sleep costs about as
@@ -29,27 +31,51 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// The owner of the filters.
+/// The owner of the pipeline.
 #[derive(Debug)]
 pub(crate) struct Validation {
     pool: Arc<ThreadPool>,
     publisher: Addr<Publisher>,
     /// Away while a cycle is judged.
-    validator: Option<Box<Validator>>,
-    /// Parameters that arrived while the validator was away.
-    changed: Option<ValidatorParameters>,
+    pipeline: Option<Box<Pipeline>>,
+    /// Parameters that arrived while the pipeline was away.
+    changed: Changes,
+}
+
+/// Parameters that wait for the end of a cycle.
+#[derive(Debug, Default)]
+struct Changes {
+    validator: Option<ValidatorParameters>,
+    ranker: Option<(RankerParameters, Vec<GeneratorSource>)>,
+}
+
+impl Changes {
+    fn apply(self, pipeline: &mut Pipeline) {
+        if let Some(parameters) = self.validator {
+            pipeline.configure_validator(parameters);
+        }
+        if let Some((parameters, sources)) = self.ranker {
+            pipeline.configure_ranker(parameters, sources);
+        }
+    }
 }
 
 impl Validation {
-    pub(crate) fn new(validator: Validator, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
-        Self { pool, publisher, validator: Some(Box::new(validator)), changed: None }
+    pub(crate) fn new(pipeline: Pipeline, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
+        Self { pool, publisher, pipeline: Some(Box::new(pipeline)), changed: Changes::default() }
     }
 
-    fn take_back(&mut self, mut validator: Box<Validator>, report: CycleReport) {
-        if let Some(parameters) = self.changed.take() {
-            validator.configure(parameters);
+    /// Changes the parameters, now or when the pipeline is back.
+    fn change(&mut self, note: impl FnOnce(&mut Changes)) {
+        note(&mut self.changed);
+        if let Some(pipeline) = &mut self.pipeline {
+            std::mem::take(&mut self.changed).apply(pipeline);
         }
-        self.validator = Some(validator);
+    }
+
+    fn take_back(&mut self, mut pipeline: Box<Pipeline>, report: CycleReport) {
+        std::mem::take(&mut self.changed).apply(&mut pipeline);
+        self.pipeline = Some(pipeline);
         self.publisher.do_send(PublishCycle(Box::new(report)));
     }
 }
@@ -75,29 +101,29 @@ impl Handler<Cycle> for Validation {
             self.publisher.do_send(PublishCycle(Box::new(CycleReport { cycle, outcome })));
             return;
         }
-        let Some(mut validator) = self.validator.take() else {
+        let Some(mut pipeline) = self.pipeline.take() else {
             // The scheduler runs one cycle at a time, so this is a defect; the cycle must end all the same.
             let outcome = Outcome::Failed("the previous cycle is still being judged".to_owned());
             self.publisher.do_send(PublishCycle(Box::new(CycleReport { cycle, outcome })));
             return;
         };
         if cycle.concatenated.candidates.len() <= INLINE_CANDIDATES {
-            let report = judge_cycle(&mut validator, cycle, &judge_inline);
-            self.take_back(validator, report);
+            let report = run_cycle(&mut pipeline, cycle, &judge_inline);
+            self.take_back(pipeline, report);
             return;
         }
         let me = ctx.address();
         self.pool.spawn(move || {
-            let report = judge_cycle(&mut validator, cycle, &judge_in_parallel);
-            me.do_send(CycleJudged { validator, report });
+            let report = run_cycle(&mut pipeline, cycle, &judge_in_parallel);
+            me.do_send(CycleJudged { pipeline, report });
         });
     }
 }
 
-/// The validator comes back with its report.
+/// The pipeline comes back with its report.
 #[derive(Debug)]
 struct CycleJudged {
-    validator: Box<Validator>,
+    pipeline: Box<Pipeline>,
     report: CycleReport,
 }
 
@@ -109,11 +135,11 @@ impl Handler<CycleJudged> for Validation {
     type Result = ();
 
     fn handle(&mut self, judged: CycleJudged, _: &mut Self::Context) {
-        self.take_back(judged.validator, judged.report);
+        self.take_back(judged.pipeline, judged.report);
     }
 }
 
-/// Parameters that take effect with the next cycle.
+/// Parameters of the filters that take effect with the next cycle.
 #[derive(Debug)]
 pub(crate) struct SetValidatorParameters(pub(crate) ValidatorParameters);
 
@@ -125,38 +151,34 @@ impl Handler<SetValidatorParameters> for Validation {
     type Result = ();
 
     fn handle(&mut self, SetValidatorParameters(parameters): SetValidatorParameters, _: &mut Self::Context) {
-        match &mut self.validator {
-            Some(validator) => validator.configure(parameters),
-            None => self.changed = Some(parameters),
-        }
+        self.change(|changes| changes.validator = Some(parameters));
     }
 }
 
-/// Judges all candidates of a scene; gives verdicts in candidate order and nanoseconds by filter.
-type JudgeAll = dyn Fn(&Validator, &Scene, &[Candidate]) -> (Vec<Verdict>, Vec<u64>);
+/// Parameters of the ranker that take effect with the next cycle.
+#[derive(Debug)]
+pub(crate) struct SetRankerParameters(pub(crate) RankerParameters, pub(crate) Vec<GeneratorSource>);
+
+impl Message for SetRankerParameters {
+    type Result = ();
+}
+
+impl Handler<SetRankerParameters> for Validation {
+    type Result = ();
+
+    fn handle(&mut self, set: SetRankerParameters, _: &mut Self::Context) {
+        let SetRankerParameters(parameters, sources) = set;
+        self.change(|changes| changes.ranker = Some((parameters, sources)));
+    }
+}
 
 /// One whole cycle. Filters catch their own panics; should anything else break, the cycle fails and publishes nothing.
-fn judge_cycle(validator: &mut Validator, cycle: Cycle, judge_all: &JudgeAll) -> CycleReport {
-    let judged = catch_unwind(AssertUnwindSafe(|| {
-        let started = Instant::now();
-        validator.observe(&cycle.scene);
-        let observe = started.elapsed();
-        let candidates = &cycle.concatenated.candidates;
-        let (verdicts, times_ns) = judge_all(validator, &cycle.scene, candidates);
-        validator.remember(candidates, &verdicts);
-        let judge = started.elapsed().saturating_sub(observe);
-        Judged {
-            validated: Arc::new(report::validated_set(&cycle.concatenated, &verdicts)),
-            reports: Arc::new(report::validation_reports(validator, candidates, &verdicts)),
-            filters: report::filter_summaries(validator, &verdicts),
-            filter_times: times_ns.into_iter().map(Duration::from_nanos).collect(),
-            verdicts,
-            observe,
-            judge,
-        }
+fn run_cycle(pipeline: &mut Pipeline, cycle: Cycle, judge_all: &JudgeAll<'_>) -> CycleReport {
+    let step = catch_unwind(AssertUnwindSafe(|| {
+        pipeline.step(&cycle.scene, &cycle.concatenated, judge_all, monotonic_ns)
     }));
-    let outcome = match judged {
-        Ok(judged) => Outcome::Judged(judged),
+    let outcome = match step {
+        Ok(step) => Outcome::Judged(Box::new(step.into())),
         Err(_) => {
             error!("cycle {} failed: the validation panicked outside of its filters", cycle.number);
             Outcome::Failed("the validation panicked outside of its filters".to_owned())
@@ -166,12 +188,7 @@ fn judge_cycle(validator: &mut Validator, cycle: Cycle, judge_all: &JudgeAll) ->
 }
 
 fn judge_inline(validator: &Validator, scene: &Scene, candidates: &[Candidate]) -> (Vec<Verdict>, Vec<u64>) {
-    let mut times_ns = vec![0; validator.filters().len()];
-    let verdicts = SCRATCH.with_borrow_mut(|scratch| {
-        let mut judge = |candidate| validator.judge(scene, candidate, scratch, monotonic_ns, &mut times_ns);
-        candidates.iter().map(&mut judge).collect()
-    });
-    (verdicts, times_ns)
+    SCRATCH.with_borrow_mut(|scratch| judge_in_order(validator, scene, candidates, scratch, monotonic_ns))
 }
 
 /// Chunks may finish in any order; the verdicts are collected in the order of the candidates.

@@ -5,6 +5,7 @@
 
 use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
 use lanelet_map::{Map, MapBuilder};
+use messages::Interface;
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
 use messages::autoware_map_msgs::LaneletMapBin;
 use messages::autoware_planning_msgs::TrajectoryPoint;
@@ -13,8 +14,9 @@ use messages::nav_msgs::Odometry;
 use messages::std_msgs::Header;
 use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
-use selection::parameters::ValidatorParameters;
-use selection::{Candidate, Enforcement, Filter, Judgement, Scene, Scratch, Validator};
+use selection::parameters::{RankerParameters, ValidatorParameters};
+use selection::ranker::GeneratorSource;
+use selection::{Candidate, Enforcement, Filter, Judgement, Pipeline, Ranker, Scene, Scratch, Validator};
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{
@@ -87,13 +89,16 @@ fn validator() -> Validator {
 fn start(validator: Validator) -> Node {
     let (sender, reports) = unbounded();
     let clock = Arc::new(RosClock::new(true));
+    let sources = GeneratorSource::table(&["DiffusionPlanner_"]);
+    let ranker = Ranker::new(RankerParameters::default(), sources);
     let config = Config {
         clock: Clock::Ros(clock.clone()),
         threads: 1,
         fallback_period_ms: 150,
         duration_time_s: 1.0,
         vehicle: VehicleInfo::default(),
-        validator,
+        pipeline: Pipeline::new(validator, ranker),
+        interface: Interface::V0_53,
         published_times: PublishedTimes::Measured,
     };
     let system = SelectorSystem::start(config, Box::new(Reports(sender))).unwrap();
@@ -318,6 +323,8 @@ fn parameters_change_together_between_two_cycles() {
     let mut parameters = Parameters {
         fallback_period_ms: 150,
         duration_time_s: 0.3,
+        ranker: RankerParameters::default(),
+        sources: GeneratorSource::table(&["DiffusionPlanner_"]),
         validator: ValidatorParameters {
             filter_names: Vec::new(),
             shadow_mode_filter_names: Vec::new(),

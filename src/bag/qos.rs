@@ -1,5 +1,6 @@
 //! Quality of service as recordings state it.
 
+use selector_actors::{InputTopic, OutputTopic};
 use std::fmt::{self, Display, Formatter};
 
 /// Whether lost messages are sent again.
@@ -35,6 +36,24 @@ impl Default for QosProfile {
     /// Reliable, volatile, depth 10: what ROS 2 uses unless told otherwise.
     fn default() -> Self {
         Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth: 10 }
+    }
+}
+
+impl QosProfile {
+    /// What the node asks for on an input: the newest message; map and route also if they came before it.
+    #[must_use]
+    pub fn of_input(topic: InputTopic) -> Self {
+        let durability = match topic {
+            InputTopic::Map | InputTopic::Route => Durability::TransientLocal,
+            _ => Durability::Volatile,
+        };
+        Self { reliability: Reliability::Reliable, durability, depth: 1 }
+    }
+
+    /// What the node offers on an output.
+    #[must_use]
+    pub fn of_output(topic: OutputTopic) -> Self {
+        Self { depth: topic.depth(), ..Self::default() }
     }
 }
 

@@ -74,6 +74,11 @@ pub struct Statistics {
     pub announced_twice: u64,
     /// Candidates by generator name.
     pub generators: BTreeMap<String, Tally>,
+    /// Accepted candidates that could not be ranked, by reason.
+    pub unranked: BTreeMap<&'static str, u64>,
+    /// How many times a generator's candidate was the one to drive, by generator name; every generator is listed that
+    /// had a candidate judged.
+    pub selected: BTreeMap<String, u64>,
     /// Rejections by enforced filter and metric.
     pub rejections: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     /// The same for shadow filters, which reject nothing.
@@ -106,12 +111,20 @@ impl Statistics {
     fn add_judged(&mut self, report: &CycleReport, judged: &Judged) {
         self.record("observe", judged.observe);
         self.record("judge", judged.judge);
+        self.record("rank", judged.rank + judged.adapt);
+        for (_, why) in &judged.ranking.unranked {
+            *self.unranked.entry(why.name()).or_default() += 1;
+        }
+        if let Some(selected) = &judged.selected {
+            *self.selected.entry(selected.generator_name.to_string()).or_default() += 1;
+        }
         // The first summary is the data-validity check, which has no time of its own.
         let filters = &judged.filters[1..];
         for (filter, &took) in filters.iter().zip(&judged.filter_times) {
             self.record(&format!("filter.{}", filter.name), took);
         }
         for (candidate, verdict) in report.cycle.concatenated.candidates.iter().zip(&judged.verdicts) {
+            self.selected.entry(candidate.generator_name.to_string()).or_default();
             let tally = self.tally(&candidate.generator_name);
             tally.judged += 1;
             if verdict.accepted {

@@ -81,6 +81,8 @@ pub struct Candidates {
     pub(super) unannounced: u64,
     /// Generators announced more than once in a message.
     pub(super) announced_twice: u64,
+    /// Accepted but not ranked, by reason.
+    pub(super) unranked: BTreeMap<&'static str, u64>,
     pub(super) by_generator: BTreeMap<String, ByGenerator>,
 }
 
@@ -155,6 +157,8 @@ pub struct RunSummary {
     pub(super) cycles: Cycles,
     pub(super) messages: BTreeMap<String, Received>,
     pub(super) candidates: Candidates,
+    /// How many times a generator's candidate was the one to drive.
+    pub(super) selected: BTreeMap<String, u64>,
     pub(super) rejections: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     pub(super) shadow: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     pub(super) latency_us: BTreeMap<String, Quantiles>,
@@ -222,12 +226,14 @@ impl RunSummary {
                 stale: total.stale,
                 unannounced: statistics.unannounced,
                 announced_twice: statistics.announced_twice,
+                unranked: statistics.unranked,
                 by_generator: statistics
                     .generators
                     .into_iter()
                     .map(|(name, tally)| (name, tally.into()))
                     .collect(),
             },
+            selected: statistics.selected,
             rejections: statistics.rejections,
             shadow: statistics.shadow,
             latency_us: statistics

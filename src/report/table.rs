@@ -48,13 +48,14 @@ fn write_cycles(summary: &RunSummary, out: &mut impl Write) -> fmt::Result {
 fn write_candidates(summary: &RunSummary, out: &mut impl Write) -> fmt::Result {
     writeln!(
         out,
-        "\n{:NAME_WIDTH$} {:>8} {:>8} {:>10} {:>8}",
-        "candidates by generator", "judged", "accepted", "rejected", "stale"
+        "\n{:NAME_WIDTH$} {:>8} {:>8} {:>10} {:>8} {:>8}",
+        "candidates by generator", "judged", "accepted", "rejected", "stale", "selected"
     )?;
     for (name, tally) in &summary.candidates.by_generator {
+        let selected = summary.selected.get(name).copied().unwrap_or(0);
         writeln!(
             out,
-            "  {name:width$} {:>8} {:>8} {:>10} {:>8}",
+            "  {name:width$} {:>8} {:>8} {:>10} {:>8} {selected:>8}",
             tally.judged,
             tally.accepted,
             tally.rejected,
@@ -65,14 +66,24 @@ fn write_candidates(summary: &RunSummary, out: &mut impl Write) -> fmt::Result {
     let all = &summary.candidates;
     writeln!(
         out,
-        "  {:width$} {:>8} {:>8} {:>10} {:>8}",
+        "  {:width$} {:>8} {:>8} {:>10} {:>8} {:>8}",
         "all",
         all.judged,
         all.accepted,
         all.rejected,
         all.stale,
+        summary.selected.values().sum::<u64>(),
         width = NAME_WIDTH - 2
-    )
+    )?;
+    for (reason, count) in &all.unranked {
+        writeln!(
+            out,
+            "  {:width$} {count:>8}",
+            format!("accepted but not ranked: {reason}"),
+            width = NAME_WIDTH - 2
+        )?;
+    }
+    Ok(())
 }
 
 fn write_rejections(

@@ -1,6 +1,7 @@
 //! What `/diagnostics` says about a cycle.
 
-use crate::cycle::{CycleReport, Outcome};
+use super::ranking_log::no_choice;
+use crate::cycle::{CycleReport, Judged, Outcome};
 use crate::tally::Tally;
 use crate::topics::NODE_NAME;
 use messages::builtin_interfaces::Time;
@@ -10,7 +11,8 @@ use selection::Enforcement;
 use selection::report::FilterSummary;
 use std::fmt::Display;
 
-/// One status for the validator. Its level follows from the enforced filters only: shadow filters are values.
+/// One status for the validator, whose level follows from the enforced filters only (shadow filters are values), and
+/// one for the ranker of a cycle that came that far.
 pub(super) fn of_cycle(report: &CycleReport, tally: &Tally) -> DiagnosticArray {
     let (level, message) = level(&report.outcome);
     let mut values = Vec::new();
@@ -38,7 +40,34 @@ pub(super) fn of_cycle(report: &CycleReport, tally: &Tally) -> DiagnosticArray {
         hardware_id: NODE_NAME.to_owned(),
         values,
     };
-    DiagnosticArray { header, status: vec![status] }
+    let ranker = match &report.outcome {
+        Outcome::Judged(judged) => Some(of_ranking(judged)),
+        _ => None,
+    };
+    DiagnosticArray { header, status: [status].into_iter().chain(ranker).collect() }
+}
+
+/// Whether there is a trajectory to drive. A node that puts none out must say so, also where the filters found nothing.
+fn of_ranking(judged: &Judged) -> DiagnosticStatus {
+    let mut values = Vec::new();
+    add(&mut values, "candidates.ranked", &judged.ranking.ranked.len());
+    add(&mut values, "candidates.unranked", &judged.ranking.unranked.len());
+    let (level, message) = match &judged.selected {
+        Some(selected) => {
+            add(&mut values, "selected.generator", &selected.generator_name);
+            add(&mut values, "selected.candidate", &selected.key);
+            add(&mut values, "selected.score", &selected.score);
+            (DiagnosticStatus::OK, "OK")
+        }
+        None => (DiagnosticStatus::ERROR, no_choice(judged)),
+    };
+    DiagnosticStatus {
+        level,
+        name: format!("{NODE_NAME}: trajectory_ranker"),
+        message: message.to_owned(),
+        hardware_id: NODE_NAME.to_owned(),
+        values,
+    }
 }
 
 fn level(outcome: &Outcome) -> (u8, String) {

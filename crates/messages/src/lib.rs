@@ -65,6 +65,12 @@ impl Interface {
             Self::V0_53 => "0.53",
         }
     }
+
+    /// Whether candidates carry a command to the turn indicators.
+    #[must_use]
+    pub fn has_turn_indicators(self) -> bool {
+        self == Self::V0_53
+    }
 }
 
 impl fmt::Display for Interface {

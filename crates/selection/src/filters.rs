@@ -11,6 +11,7 @@ use crate::candidate::Candidate;
 use crate::parameters::ValidatorParameters;
 use crate::scene::Scene;
 use crate::verdict::Judgement;
+use messages::autoware_internal_planning_msgs::PlanningFactor;
 use motion::VehicleInfo;
 use std::fmt;
 
@@ -45,6 +46,12 @@ pub trait Filter: Send + Sync {
     /// What a judgement leaves open, whatever it says: parts that were not assessed, and why, in one line. `None` if
     /// everything was looked at, or nothing was ([`Judgement::failure`] tells that).
     fn not_assessed(&self, _judgement: &Judgement) -> Option<String> {
+        None
+    }
+
+    /// Why the planner would have to do something about this candidate, for whoever watches the planning. It changes no
+    /// verdict.
+    fn planning_factor(&self, _scene: &Scene, _judgement: &Judgement) -> Option<PlanningFactor> {
         None
     }
 }

@@ -7,7 +7,8 @@
 //! 2. [`Validator`] judges every candidate with every loaded [`Filter`], after the mandatory data-validity check.
 //! 3. [`Ranker`] scores what the enforced filters accepted, and says which candidate is best.
 //! 4. [`adapter`] makes the messages that drive the vehicle from the best candidate.
-//! 5. [`report`] puts the verdicts into the messages that leave the node.
+//!
+//! [`Pipeline`] joins 2 to 4 to one step; [`report`] puts the verdicts into the messages that leave the node beside it.
 
 pub mod adapter;
 pub mod candidate;
@@ -15,6 +16,7 @@ pub mod concatenator;
 pub mod data_validity;
 pub mod filters;
 pub mod parameters;
+pub mod pipeline;
 pub mod ranker;
 pub mod report;
 pub mod scene;
@@ -27,6 +29,7 @@ mod test_scene;
 pub use candidate::{Candidate, CandidateKey, Points};
 pub use concatenator::{Concatenated, Concatenator};
 pub use filters::{Filter, Scratch};
+pub use pipeline::Pipeline;
 pub use ranker::{Ranker, Ranking};
 pub use scene::{MissingInput, Scene};
 pub use validator::{Enforcement, Validator};

@@ -3,14 +3,21 @@
 use crate::candidate::Candidate;
 use crate::concatenator::Concatenated;
 use crate::data_validity;
+use crate::scene::Scene;
 use crate::validator::{Enforcement, LoadedFilter, Validator};
 use crate::verdict::{Failure, Judgement, Metric, RiskLevel, Verdict};
-use messages::autoware_internal_planning_msgs::CandidateTrajectories;
+use messages::autoware_internal_planning_msgs::{CandidateTrajectories, PlanningFactorArray};
 use messages::autoware_trajectory_validator::{MetricReport, ValidationReport, ValidationReportArray};
+use messages::std_msgs::Header;
 use std::borrow::Cow;
 
 /// Name of the metric that every filter adds behind its own: 1 if it found the candidate feasible, else 0.
 pub const FEASIBILITY_METRIC: &str = "trajectory_feasibility";
+
+/// Name under which planning factors are told, whatever filter they come from.
+pub const PLANNING_MODULE: &str = "trajectory_validator";
+/// Frame in which they are told.
+const MAP_FRAME: &str = "map";
 
 /// The accepted candidates with their generators, each generator once, in order of first use.
 #[must_use]
@@ -70,6 +77,25 @@ fn metric_reports(validator: &Validator, verdict: &Verdict) -> Vec<MetricReport>
         reports.push(own(&feasibility, name, category));
     }
     reports
+}
+
+/// Why planners would have to do something about the candidates: what every filter, shadow filters included, tells about
+/// every candidate. A factor without control points is left out; of several control points the first and the last stay.
+#[must_use]
+pub fn planning_factors(validator: &Validator, scene: &Scene, verdicts: &[Verdict]) -> PlanningFactorArray {
+    let judged = verdicts.iter().flat_map(|verdict| judgements_by_filter(validator, verdict));
+    let told = judged.filter_map(|(loaded, judgement)| loaded.planning_factor(scene, judgement));
+    let factors = told.filter(|factor| !factor.control_points.is_empty()).map(|mut factor| {
+        factor.module = PLANNING_MODULE.to_owned();
+        if let [first, .., last] = factor.control_points[..] {
+            factor.control_points = vec![first, last];
+        }
+        factor
+    });
+    PlanningFactorArray {
+        header: Header { stamp: scene.now, frame_id: MAP_FRAME.to_owned() },
+        factors: factors.collect(),
+    }
 }
 
 /// What one filter did in a cycle.

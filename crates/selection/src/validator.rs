@@ -11,6 +11,7 @@ use crate::filters::{CLASSES, Filter, FilterClass, Scratch};
 use crate::parameters::ValidatorParameters;
 use crate::scene::Scene;
 use crate::verdict::{self, Judgement, RiskLevel, Verdict};
+use messages::autoware_internal_planning_msgs::PlanningFactor;
 use motion::VehicleInfo;
 use smallvec::SmallVec;
 use std::any::Any;
@@ -82,6 +83,13 @@ impl LoadedFilter {
     pub fn not_assessed(&self, judgement: &Judgement) -> Option<String> {
         let told = catch_unwind(AssertUnwindSafe(|| self.filter.not_assessed(judgement)));
         told.ok().flatten()
+    }
+
+    /// Why the planner would have to do something about the candidate, if the filter can tell.
+    #[must_use]
+    pub fn planning_factor(&self, scene: &Scene, judgement: &Judgement) -> Option<PlanningFactor> {
+        // As with explanations: a panic counts as nothing to tell.
+        catch_unwind(AssertUnwindSafe(|| self.filter.planning_factor(scene, judgement))).ok().flatten()
     }
 }
 

@@ -132,7 +132,8 @@ fn stops_when_asked_and_leaves_scraps_alone() {
         asked += 1;
         asked > 1
     };
-    let error = smooth_part(&long, 0.02, max_curvature(), &checker, &SmootherSettings::default(), &mut stop).unwrap_err();
+    let error = smooth_part(&long, 0.02, max_curvature(), &checker, &SmootherSettings::default(), &mut stop)
+        .unwrap_err();
     assert_eq!(error, SmoothingError::Stopped { passes: 1 });
     let short = part(Gear::Forward, PlanarPose::default(), &[(0.1, 0.02)]);
     assert!(matches!(smooth(&short, 0.1, &checker), Err(SmoothingError::TooShort { .. })));

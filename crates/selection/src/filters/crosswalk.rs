@@ -26,6 +26,7 @@ use crate::candidate::Candidate;
 use crate::parameters::{CrosswalkParameters, ValidatorParameters};
 use crate::scene::Scene;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
+use messages::autoware_internal_planning_msgs::PlanningFactor;
 use motion::{TrajectoryPoint, calculate_stop_distance};
 use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
@@ -291,6 +292,10 @@ impl Filter for CrosswalkFilter {
              to wait {:.1} s more for {}",
             at.time_s, memo.distance_m, memo.remaining_s, at.object_id?
         ))
+    }
+
+    fn planning_factor(&self, scene: &Scene, judgement: &Judgement) -> Option<PlanningFactor> {
+        planning_factor(scene, judgement)
     }
 }
 

@@ -4,6 +4,7 @@ use super::*;
 use crate::report;
 use crate::test_scene::{candidate_of, scene, straight};
 use crate::verdict::{Failure, Metric};
+use messages::autoware_internal_planning_msgs::ControlPoint;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A filter that does what it is told.
@@ -257,6 +258,60 @@ fn reports_list_every_metric_and_the_feasibility_of_each_filter() {
     assert_eq!(counts, [("data_validity", 2, 1), ("a", 1, 1), ("b", 1, 0)]);
     assert_eq!(summaries[1].first_reason.as_deref(), Some("Found failed metrics"));
     assert_eq!(report::rejection_names(&verdicts[0].judgements[0]).collect::<Vec<_>>(), ["m"]);
+}
+
+/// A filter that tells of as many places as it is made with; it panics over more than four.
+struct Telling {
+    name: &'static str,
+    places: usize,
+}
+
+impl Filter for Telling {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn configure(&mut self, _: &ValidatorParameters) {}
+
+    fn judge(&self, _: &Scene, _: &Candidate, _: &mut Scratch) -> Judgement {
+        Judgement::feasible([])
+    }
+
+    fn planning_factor(&self, _: &Scene, _: &Judgement) -> Option<PlanningFactor> {
+        assert!(self.places <= 4, "too many for me");
+        let place = |index: usize| ControlPoint { distance: index as f32, ..ControlPoint::default() };
+        Some(PlanningFactor {
+            module: self.name.to_owned(),
+            control_points: (0..self.places).map(place).collect(),
+            behavior: PlanningFactor::STOP,
+            detail: self.name.to_owned(),
+            ..PlanningFactor::default()
+        })
+    }
+}
+
+#[test]
+fn planning_factors_of_all_filters_are_told_with_at_most_two_places() {
+    let mut validator = Validator::new(no_filters(), &VehicleInfo::default()).unwrap();
+    for (name, places) in [("none", 0), ("one", 1), ("panics", 5), ("three", 3), ("two", 2)] {
+        let make = move |_: &ValidatorParameters| Box::new(Telling { name, places }) as Box<dyn Filter>;
+        validator.load("test", Enforcement::Shadow, Arc::new(make));
+    }
+    let candidates =
+        [candidate_of(straight(5, 5.0)), candidate_of(straight(1, 5.0)), candidate_of(straight(6, 5.0))];
+    let verdicts: Vec<_> = candidates.iter().map(|candidate| judge(&validator, candidate)).collect();
+    let told = report::planning_factors(&validator, &scene(), &verdicts);
+    assert_eq!((told.header.stamp, told.header.frame_id.as_str()), (scene().now, "map"));
+    assert!(
+        told.factors.iter().all(|factor| factor.module == "trajectory_validator" && factor.behavior == 3)
+    );
+    let places = |factor: &PlanningFactor| -> Vec<f32> {
+        factor.control_points.iter().map(|point| point.distance).collect()
+    };
+    let listed: Vec<_> = told.factors.iter().map(|factor| (factor.detail.as_str(), places(factor))).collect();
+    let of_one_candidate = [("one", vec![0.0]), ("three", vec![0.0, 2.0]), ("two", vec![0.0, 1.0])];
+    assert_eq!(listed, [of_one_candidate.clone(), of_one_candidate].concat(), "the second has no valid data");
+    assert!(report::planning_factors(&validator, &scene(), &[]).factors.is_empty());
 }
 
 #[test]
