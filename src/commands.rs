@@ -7,6 +7,7 @@ pub mod check;
 pub mod demo;
 pub mod explain;
 pub mod failure;
+pub mod node;
 pub mod replay;
 pub mod verify;
 
@@ -15,6 +16,7 @@ pub use failure::Failure;
 use crate::report::page::Page;
 use crate::report::summary::{Common, RunSummary};
 use crate::report::table;
+use crate::ros::arguments::{self, CommandLine};
 use crate::session::Ended;
 use crate::settings::{Settings, Source};
 use clap::{Args, Parser, Subcommand};
@@ -22,6 +24,7 @@ use selector_actors::topics::NODE_NAME;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use tracing::level_filters::LevelFilter;
 
 /// Validates candidate trajectories in parallel and hands on those that are safe.
 #[derive(Debug, Parser)]
@@ -33,9 +36,9 @@ pub struct Cli {
     /// Print one JSON object on stdout instead of a table.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Lowest level of log lines on stderr.
-    #[arg(long, global = true, default_value = "error", value_name = "error|warn|info|debug")]
-    pub log_level: tracing::level_filters::LevelFilter,
+    /// Lowest level of log lines on stderr [default: info for a node, else error].
+    #[arg(long, global = true, value_name = "error|warn|info|debug")]
+    pub log_level: Option<LevelFilter>,
 }
 
 /// What the program can do.
@@ -43,6 +46,8 @@ pub struct Cli {
 pub enum Command {
     /// Drive 20 s along a generated road with lights, crossings and traffic, and validate every candidate.
     Demo(demo::DemoArguments),
+    /// Run as a node in a ROS 2 graph.
+    Node(node::NodeArguments),
     /// Run a recorded drive through the node.
     Replay(replay::ReplayArguments),
     /// Check parameter files and maps: all problems at once.
@@ -58,6 +63,7 @@ impl Command {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
+            Self::Node(_) => "node",
             Self::Demo(_) => "demo",
             Self::Replay(_) => "replay",
             Self::Check(_) => "check",
@@ -91,9 +97,13 @@ impl JudgeArguments {
     /// Threads that judge.
     #[must_use]
     pub fn threads(&self) -> usize {
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         self.threads.map_or_else(cores, usize::from)
     }
+}
+
+/// Threads that judge when nothing is said.
+pub(crate) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Arguments of `check`.
@@ -122,20 +132,33 @@ pub struct VerifyArguments {
 #[must_use]
 pub fn main() -> u8 {
     let wants_json = std::env::args_os().any(|argument| argument == "--json");
-    let cli = match Cli::try_parse() {
+    let CommandLine { program, ros } = match arguments::parse(std::env::args_os()) {
+        Ok(line) => line,
+        Err(error) => return answer_failure("", Failure::usage(error.to_string()), wants_json),
+    };
+    let cli = match Cli::try_parse_from(program) {
         Ok(cli) => cli,
         Err(usage) => return answer_usage(&usage, wants_json),
     };
+    let default_level = match cli.command {
+        Command::Node(_) => LevelFilter::INFO,
+        _ => LevelFilter::ERROR,
+    };
     // A second subscriber cannot be there: this runs once.
     let _ = tracing_subscriber::fmt()
-        .with_max_level(cli.log_level)
+        .with_max_level(cli.log_level.unwrap_or(default_level))
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .without_time()
         .with_target(false)
         .try_init();
     let name = cli.command.name();
+    if ros.is_some() && !matches!(cli.command, Command::Node(_)) {
+        let failure = Failure::usage(format!("error: `{name}` is no node; --ros-args is for `node`"));
+        return answer_failure(name, failure, cli.json);
+    }
     let answer = match cli.command {
+        Command::Node(arguments) => node::run(&arguments, &ros.unwrap_or_default()),
         Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),

@@ -1,11 +1,20 @@
-//! The ROS 2 door: what a node needs besides the messages on its topics.
+//! The ROS 2 door: the node in its graph.
 //!
-//! The modules below `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they
-//! know the rules of ROS 2 and neither sockets nor clocks.
+//! The modules `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they know
+//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `payload`, `qos`, `subscriptions`, `publications`,
+//! `services` and `events` are the network side; `node` puts both together.
 
 pub mod arguments;
 pub mod environment;
+pub mod events;
+pub mod graph;
 pub mod logging;
 pub mod names;
+pub mod node;
 pub mod parameter_files;
 pub mod parameters;
+pub mod payload;
+pub mod publications;
+pub mod qos;
+pub mod services;
+pub mod subscriptions;

@@ -185,9 +185,9 @@ impl Session {
     }
 }
 
-pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
+pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, motion::VehicleError> {
     let vehicle = &settings.vehicle;
-    Ok(VehicleInfo::new(VehicleDimensions {
+    VehicleInfo::new(VehicleDimensions {
         wheel_radius_m: vehicle.wheel_radius,
         wheel_width_m: vehicle.wheel_width,
         wheel_base_m: vehicle.wheel_base,
@@ -198,7 +198,7 @@ pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, Failure> {
         right_overhang_m: vehicle.right_overhang,
         vehicle_height_m: vehicle.vehicle_height,
         max_steer_angle_rad: vehicle.max_steer_angle,
-    })?)
+    })
 }
 
 /// The filters that the settings load.

@@ -76,6 +76,12 @@ impl InputTopic {
         format!("/{NODE_NAME}/input/{}", self.name())
     }
 
+    /// Name as the node itself says it, before remapping.
+    #[must_use]
+    pub fn ros_name(self) -> String {
+        format!("~/input/{}", self.name())
+    }
+
     /// ROS type.
     #[must_use]
     pub fn type_name(self) -> &'static str {
@@ -223,6 +229,37 @@ impl OutputTopic {
         topics
     }
 
+    /// Name as the node itself says it: private (`~/..`), or absolute where all nodes share the topic.
+    #[must_use]
+    pub fn ros_name(self) -> String {
+        match self {
+            Self::Diagnostics | Self::PlanningFactors => self.full_name(),
+            Self::FilterProcessingTime(filter) => format!("~/debug/{filter}/processing_time_ms"),
+            other => format!("~/{}", other.private_name()),
+        }
+    }
+
+    /// True for what only people look at.
+    #[must_use]
+    pub fn is_debug(self) -> bool {
+        match self {
+            Self::ValidationReports
+            | Self::ProcessingTime
+            | Self::FilterProcessingTime(_)
+            | Self::ProcessingTimeText
+            | Self::ProcessingTimeTree => true,
+            Self::Trajectories
+            | Self::ConcatenatedTrajectories
+            | Self::ValidatedTrajectories
+            | Self::ScoredTrajectories
+            | Self::Trajectory
+            | Self::TurnIndicators
+            | Self::Latency
+            | Self::PlanningFactors
+            | Self::Diagnostics => false,
+        }
+    }
+
     /// ROS type.
     #[must_use]
     pub fn type_name(self) -> &'static str {
@@ -358,6 +395,17 @@ mod tests {
         let filter = OutputTopic::FilterProcessingTime("vehicle_constraint_filter").full_name();
         assert_eq!(filter, "/trajectory_selector_node/debug/vehicle_constraint_filter/processing_time_ms");
         assert_eq!(OutputTopic::Diagnostics.full_name(), "/diagnostics");
+    }
+
+    #[test]
+    fn names_before_and_after_expansion_agree() {
+        let expand = |name: String| name.replace('~', &format!("/{NODE_NAME}"));
+        for topic in OutputTopic::all(Interface::V0_53, &["vehicle_constraint_filter"]) {
+            assert_eq!(expand(topic.ros_name()), topic.full_name());
+        }
+        for topic in InputTopic::ALL {
+            assert_eq!(expand(topic.ros_name()), topic.full_name());
+        }
     }
 
     #[test]

@@ -2,6 +2,9 @@
 
 use crate::bag::BagError;
 use crate::drive::DriveError;
+use crate::ros::environment::EnvironmentError;
+use crate::ros::names::NameError;
+use crate::ros::node::NodeError;
 use crate::settings::SettingsError;
 use lanelet_map::MapError;
 use selection::validator::UnknownFilter;
@@ -52,6 +55,12 @@ impl Failure {
     #[must_use]
     pub fn output(message: String) -> Self {
         Self::new("output", FAILED, message)
+    }
+
+    /// The machine does not give what is needed, or a defect of the program.
+    #[must_use]
+    pub fn internal(message: String) -> Self {
+        Self::new("internal", FAILED, message)
     }
 
     /// Nothing that came in can be decoded.
@@ -116,6 +125,30 @@ impl From<DriveError> for Failure {
 impl From<SettingsError> for Failure {
     fn from(error: SettingsError) -> Self {
         Self::settings(error.to_string())
+    }
+}
+
+impl From<NameError> for Failure {
+    fn from(error: NameError) -> Self {
+        Self::usage(error.to_string())
+    }
+}
+
+impl From<EnvironmentError> for Failure {
+    fn from(error: EnvironmentError) -> Self {
+        Self::new("environment", USAGE, error)
+    }
+}
+
+impl From<NodeError> for Failure {
+    fn from(error: NodeError) -> Self {
+        match error {
+            NodeError::Graph(error) => Self::new("graph", FAILED, error),
+            NodeError::Vehicle(error) => error.into(),
+            NodeError::Filter(error) => error.into(),
+            NodeError::System(error) => error.into(),
+            NodeError::Dead => Self::internal(error.to_string()),
+        }
     }
 }
 

@@ -140,7 +140,7 @@ impl Environment {
         let variables = Variables(lookup);
         let mut notes = Vec::new();
         let domain_id = variables.text("ROS_DOMAIN_ID").map_or(Ok(0), |text| domain_id(&text))?;
-        let service_mapping = service_mapping(variables.text("RMW_IMPLEMENTATION"), &mut notes);
+        let service_mapping = service_mapping(variables.text("RMW_IMPLEMENTATION").as_deref(), &mut notes);
         let discovery = discovery(&variables, &mut notes)?;
         let console = Console {
             format: variables.text("RCUTILS_CONSOLE_OUTPUT_FORMAT"),
@@ -189,8 +189,8 @@ fn domain_id(text: &str) -> Result<u16, EnvironmentError> {
         .ok_or_else(|| EnvironmentError::DomainId(text.to_owned()))
 }
 
-fn service_mapping(middleware: Option<String>, notes: &mut Vec<Note>) -> ServiceMapping {
-    match middleware.as_deref() {
+fn service_mapping(middleware: Option<&str>, notes: &mut Vec<Note>) -> ServiceMapping {
+    match middleware {
         Some("rmw_cyclonedds_cpp") => ServiceMapping::Cyclone,
         None | Some("rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp") => ServiceMapping::Enhanced,
         Some(other) => {

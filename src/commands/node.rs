@@ -1,0 +1,183 @@
+//! `node`: the selector as a node in a ROS 2 graph, until it is told to stop.
+
+use super::{Failure, summarise};
+use crate::report::summary::{Input, Received, RunResult, RunSummary};
+use crate::ros::arguments::RosArguments;
+use crate::ros::environment::{Discovery, Environment, ServiceMapping};
+use crate::ros::graph::GraphOptions;
+use crate::ros::names::Names;
+use crate::ros::node::{Ended, Node, Start};
+use crate::ros::parameter_files;
+use crate::session;
+use clap::{Args, ValueEnum};
+use selector_actors::topics::NODE_NAME;
+use selector_actors::{DropReason, InputTopic, Tally};
+use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::{Arc, PoisonError};
+use std::time::Instant;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tracing::{debug, info, warn};
+
+/// Receive buffer that the middleware asks for, bytes.
+const WANTED_RECEIVE_BUFFER: u64 = 8 << 20;
+
+/// Arguments of `node` beside those of ROS.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "ROS arguments follow --ros-args: -r FROM:=TO, -p NAME:=VALUE, --params-file FILE, --log-level LEVEL."
+)]
+pub struct NodeArguments {
+    /// Threads that judge [default: the cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+    /// Address of a network interface to use; may be given more than once [default: all].
+    #[arg(long, value_name = "ADDRESS")]
+    pub interface_address: Vec<IpAddr>,
+    /// How services find their replies [default: as RMW_IMPLEMENTATION says].
+    #[arg(long, value_name = "MAPPING")]
+    pub service_mapping: Option<Mapping>,
+}
+
+/// How services find their replies.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Mapping {
+    /// As rmw_fastrtps.
+    Enhanced,
+    /// As rmw_cyclonedds.
+    Cyclone,
+}
+
+/// Runs the node.
+///
+/// # Errors
+/// It cannot be started; nothing was left running.
+pub fn run(arguments: &NodeArguments, ros: &RosArguments) -> Result<RunSummary, Failure> {
+    let started = Instant::now();
+    let names = Names::new(NODE_NAME, "", &ros.remaps)?;
+    let environment = Environment::read(|name| std::env::var_os(name))?;
+    let parameters = parameter_files::load(&names, &ros.parameters)?;
+    ros.ignored.iter().for_each(|argument| debug!("{argument} has no effect here"));
+    parameters
+        .undeclared
+        .iter()
+        .for_each(|parameter| debug!("{} is no parameter of this node", parameter.name));
+    environment.notes.iter().for_each(|note| warn!("{note}"));
+    let settings = Arc::new(parameters.settings);
+    settings.warnings().iter().for_each(|warning| warn!("{warning}"));
+    warn_of_small_buffers();
+
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name("graph")
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::internal(format!("the runtime cannot be started: {error}")))?;
+    let threads = arguments.threads.map_or_else(super::cores, usize::from);
+    let start = Start {
+        graph: graph_options(arguments, &environment),
+        mapping: mapping(arguments, &environment),
+        settings: settings.clone(),
+        threads,
+        names: names.clone(),
+    };
+    let signals = runtime.block_on(async { Signals::listen() })?;
+    let node = Node::start(start, runtime.handle())?;
+    let ended = runtime.block_on(node.run(signals.first()));
+    info!("{} has left the graph", names.fully_qualified());
+    summary(&names, &settings, threads, &ended, started)
+}
+
+fn graph_options(arguments: &NodeArguments, environment: &Environment) -> GraphOptions {
+    let interfaces = match environment.discovery {
+        _ if !arguments.interface_address.is_empty() => arguments.interface_address.clone(),
+        Discovery::Localhost => vec![IpAddr::V4(Ipv4Addr::LOCALHOST)],
+        Discovery::Subnet => Vec::new(),
+    };
+    GraphOptions { domain_id: environment.domain_id, interfaces }
+}
+
+fn mapping(arguments: &NodeArguments, environment: &Environment) -> ServiceMapping {
+    match arguments.service_mapping {
+        Some(Mapping::Enhanced) => ServiceMapping::Enhanced,
+        Some(Mapping::Cyclone) => ServiceMapping::Cyclone,
+        None => environment.service_mapping,
+    }
+}
+
+/// The kernel grants less than is asked for without a word, and maps then arrive seconds late.
+fn warn_of_small_buffers() {
+    const LIMIT: &str = "/proc/sys/net/core/rmem_max";
+    let granted = std::fs::read_to_string(LIMIT).ok().and_then(|text| text.trim().parse::<u64>().ok());
+    if let Some(granted) = granted.filter(|granted| *granted < WANTED_RECEIVE_BUFFER) {
+        warn!(
+            "Receive buffers are limited to {granted} bytes, large messages will be slow; \
+             raise the limit with `sysctl -w net.core.rmem_max={WANTED_RECEIVE_BUFFER}`"
+        );
+    }
+}
+
+/// The two ways of asking a process to end.
+struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Signals {
+    fn listen() -> Result<Self, Failure> {
+        let listen = |kind| {
+            signal(kind).map_err(|error| Failure::internal(format!("signals cannot be received: {error}")))
+        };
+        Ok(Self { interrupt: listen(SignalKind::interrupt())?, terminate: listen(SignalKind::terminate())? })
+    }
+
+    /// Returns at the first signal. At the second one the process ends at once, whatever it is doing.
+    async fn first(mut self) {
+        self.next().await;
+        info!("Stopping");
+        tokio::spawn(async move {
+            self.next().await;
+            std::process::exit(1);
+        });
+    }
+
+    async fn next(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
+}
+
+fn summary(
+    names: &Names,
+    settings: &crate::settings::Settings,
+    threads: usize,
+    ended: &Ended,
+    started: Instant,
+) -> Result<RunSummary, Failure> {
+    let statistics = std::mem::take(&mut *ended.statistics.lock().unwrap_or_else(PoisonError::into_inner));
+    let result = RunResult {
+        input: Input { name: names.fully_qualified().to_owned(), seed: None },
+        interface: crate::ros::node::interface_of(settings).name(),
+        statistics,
+        messages: messages(&ended.tally),
+        coalesced: ended.coalesced,
+        output: None,
+        wall: started.elapsed(),
+    };
+    let errors = ended.error.iter().map(|error| Failure::internal(error.to_string())).collect();
+    let ended = session::Ended { result, watched: None, page: None, errors, warnings: Vec::new() };
+    summarise("node", ended, Vec::new(), settings, threads, None)
+}
+
+fn messages(tally: &Tally) -> BTreeMap<String, Received> {
+    let of = |topic: InputTopic| {
+        let dropped = DropReason::ALL
+            .into_iter()
+            .map(|reason| (reason.name(), tally.dropped(topic, reason)))
+            .filter(|(_, count)| *count > 0);
+        (topic.full_name(), Received { received: tally.received(topic), dropped: dropped.collect() })
+    };
+    InputTopic::ALL.into_iter().map(of).collect()
+}

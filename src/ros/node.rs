@@ -1,0 +1,390 @@
+//! The running node: joins the graph, connects it with the actors, answers for its parameters, and leaves in order.
+//!
+//! Messages are taken in on a thread of the runtime; the map, which takes long to copy and decode, on a thread of its
+//! own. Everything else - services, changes of parameters, the end - happens in [`Node::run`], one thing after another.
+
+use super::environment::ServiceMapping;
+use super::events;
+use super::graph::{Graph, GraphError, GraphOptions, Reader, Writer};
+use super::names::Names;
+use super::parameters::{Change, ParameterStore};
+use super::payload::Payload;
+use super::publications::{GraphSink, Listeners};
+use super::qos::Qos;
+use super::services::Server;
+use super::subscriptions::{self, Throttle};
+use crate::report::statistics::Statistics;
+use crate::session::vehicle_of;
+use crate::settings::{AutowareInterface, Settings};
+use futures::stream::SelectAll;
+use futures::{FutureExt, Stream, StreamExt, pin_mut};
+use messages::rcl_interfaces::ParameterEvent;
+use messages::rosgraph_msgs::Clock as ClockMessage;
+use messages::{Interface, Message};
+use rustdds::GUID;
+use rustdds::no_key::DeserializedCacheChange;
+use selection::{Pipeline, Ranker, Validator};
+use selector_actors::publisher::PublishedTimes;
+use selector_actors::{
+    Clock, Config, InputTopic, OutputTopic, Parameters, RosClock, SelectorSystem, SystemError, Tally,
+};
+use std::pin::Pin;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use tokio::runtime::Handle;
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tracing::{info, warn};
+
+const CLOCK_TOPIC: &str = "/clock";
+const PARAMETER_EVENTS_TOPIC: &str = "/parameter_events";
+
+/// Everything that a node is started with.
+#[derive(Debug)]
+pub struct Start {
+    /// Its names.
+    pub names: Names,
+    /// Its parameters.
+    pub settings: Arc<Settings>,
+    /// Where its graph is.
+    pub graph: GraphOptions,
+    /// How services find their replies.
+    pub mapping: ServiceMapping,
+    /// Threads that judge.
+    pub threads: usize,
+}
+
+/// Why a node cannot start or cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum NodeError {
+    /// Not in the graph.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// No dimensions of a vehicle.
+    #[error(transparent)]
+    Vehicle(#[from] motion::VehicleError),
+    /// A filter that does not exist.
+    #[error(transparent)]
+    Filter(#[from] selection::validator::UnknownFilter),
+    /// The actors.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// Inputs are no longer taken in.
+    #[error("the selector no longer takes messages; see the log for a panic")]
+    Dead,
+}
+
+/// What a node has done when it ends.
+#[derive(Debug)]
+pub struct Ended {
+    /// Counts and latencies.
+    pub statistics: Arc<Mutex<Statistics>>,
+    /// Messages by input.
+    pub tally: Arc<Tally>,
+    /// Triggers merged into a later cycle.
+    pub coalesced: u64,
+    /// What ended it, if not whoever was asked to.
+    pub error: Option<NodeError>,
+}
+
+/// A node in its graph.
+pub struct Node {
+    // The order of the fields is the order of leaving: first no more messages in, then none out, then the graph.
+    feeds: Feeds,
+    system: SelectorSystem,
+    servers: Vec<Server>,
+    events: Writer,
+    store: ParameterStore,
+    clock: Arc<RosClock>,
+    statistics: Arc<Mutex<Statistics>>,
+    graph: Graph,
+}
+
+impl std::fmt::Debug for Node {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Node").field("store", &self.store).finish_non_exhaustive()
+    }
+}
+
+impl Node {
+    /// Joins the graph and starts everything. Tasks run on the runtime.
+    ///
+    /// # Errors
+    /// The network, a name or a parameter cannot be used; nothing is left running.
+    pub fn start(start: Start, runtime: &Handle) -> Result<Self, NodeError> {
+        let Start { names, settings, graph, mapping, threads } = start;
+        let vehicle = vehicle_of(&settings)?;
+        let validator = Validator::new(settings.validator.clone(), &vehicle)?;
+        let ranker = Ranker::new(settings.ranker.clone(), settings.selector.sources());
+        let filters: Vec<_> =
+            validator.filters().iter().map(selection::validator::LoadedFilter::name).collect();
+        let interface = interface_of(&settings);
+        let mut graph = Graph::join(&graph, names.namespace(), names.name())?;
+
+        let listeners = Listeners::default();
+        let topics = OutputTopic::all(interface, &filters);
+        let sink = GraphSink::advertise(&mut graph, &names, &topics, interface, listeners.clone())?;
+        let statistics = sink.statistics();
+        let events = graph.advertise(PARAMETER_EVENTS_TOPIC, ParameterEvent::TYPE_NAME, Qos::PARAMETERS)?;
+        let servers = Server::open_all(&mut graph, &names, mapping)?;
+        let mut readers = Vec::new();
+        for topic in InputTopic::ALL {
+            let name = names.topic(&topic.ros_name()).map_err(GraphError::from)?;
+            readers.push((topic, graph.subscribe(&name, topic.type_name(), Qos::of_input(topic))?));
+        }
+
+        let clock = Arc::new(RosClock::new(settings.node.use_sim_time));
+        let parameters = parameters_of(&settings);
+        let config = Config {
+            clock: Clock::Ros(clock.clone()),
+            threads,
+            fallback_period_ms: parameters.fallback_period_ms,
+            duration_time_s: parameters.duration_time_s,
+            vehicle,
+            pipeline: Pipeline::new(validator, ranker),
+            interface,
+            published_times: PublishedTimes::Measured,
+        };
+        let system = SelectorSystem::start(config, Box::new(sink))?;
+        let mut feeds = Feeds::new(runtime.clone());
+        let watch = events::watch(
+            graph.participant().clone(),
+            graph.endpoints().clone(),
+            listeners,
+            system.inlets().tally().clone(),
+        );
+        feeds.spawn(async move {
+            watch.await;
+        });
+        for (topic, reader) in readers {
+            feeds.feed(subscriptions::feed(reader, topic, interface, system.inlets().clone()), topic);
+        }
+        let store = ParameterStore::new(names.fully_qualified(), settings);
+        let mut node = Self { feeds, system, servers, events, store, clock, statistics, graph };
+        if node.clock.is_simulated() {
+            node.follow_clock()?;
+        }
+        node.graph.announce();
+        node.publish_event(&node.store.declared(node.clock.now()));
+        info!(
+            "{} is in domain {} with {} filters on {threads} threads, interface {interface}",
+            names.fully_qualified(),
+            node.graph.participant().domain_id(),
+            filters.len(),
+        );
+        Ok(node)
+    }
+
+    /// Runs until `end` is ready, then lets the running cycle end and leaves the graph.
+    pub async fn run(mut self, end: impl Future<Output = ()>) -> Ended {
+        let servers = std::mem::take(&mut self.servers);
+        let mut malformed = Throttle::every(Duration::from_secs(1));
+        let error = {
+            let mut requests = requests_of(&servers);
+            pin_mut!(end);
+            loop {
+                tokio::select! {
+                    () = &mut end => break None,
+                    () = self.feeds.one_ended() => break Some(NodeError::Dead),
+                    Some((server, request)) = requests.next() => {
+                        self.serve(&servers[server], request, &mut malformed);
+                    }
+                }
+            }
+        };
+        drop(servers);
+        self.leave(error).await
+    }
+
+    async fn leave(self, error: Option<NodeError>) -> Ended {
+        let Self { feeds, system, events, statistics, graph, .. } = self;
+        feeds.end().await;
+        let tally = system.inlets().tally().clone();
+        let (coalesced, error) = match system.stop() {
+            Ok(state) => (state.coalesced, error),
+            Err(SystemError::Sink(lost)) => {
+                warn!("some outputs were lost, first: {lost}");
+                (0, error)
+            }
+            Err(stopped) => (0, error.or(Some(stopped.into()))),
+        };
+        drop(events);
+        drop(graph);
+        Ended { statistics, tally, coalesced, error }
+    }
+
+    fn serve(&mut self, server: &Server, request: Request, malformed: &mut Throttle) {
+        let served = match request {
+            Ok(request) => server.serve(&request, &mut self.store, self.clock.now()),
+            Err(error) => return malformed.warn(|| format!("a request cannot be read: {error}")),
+        };
+        match served {
+            Ok(Some(change)) => self.apply(&change),
+            Ok(None) => {}
+            Err(error) => malformed.warn(|| error.to_string()),
+        }
+    }
+
+    /// Takes over changed parameters: the actors between two cycles, the clock at once.
+    fn apply(&mut self, change: &Change) {
+        self.system.configure(parameters_of(&change.settings));
+        if let Some(simulated) = change.use_sim_time {
+            self.clock.simulate(simulated);
+            if simulated {
+                if let Err(error) = self.follow_clock() {
+                    warn!("time stands still: {error}");
+                }
+            } else if let Some(reader) = self.feeds.stop_clock() {
+                self.graph.forget(reader);
+            }
+            self.graph.announce();
+        }
+        change.events.iter().for_each(|event| self.publish_event(event));
+        info!("Parameters are updated.");
+    }
+
+    fn follow_clock(&mut self) -> Result<(), GraphError> {
+        let reader = self.graph.subscribe(CLOCK_TOPIC, ClockMessage::TYPE_NAME, Qos::CLOCK)?;
+        self.feeds.follow_clock(reader, self.clock.clone());
+        Ok(())
+    }
+
+    fn publish_event(&self, event: &ParameterEvent) {
+        if let Err(error) = self.events.send(event.to_cdr(Interface::default())) {
+            warn!("{error}");
+        }
+    }
+}
+
+type Request = rustdds::dds::ReadResult<DeserializedCacheChange<Payload>>;
+type Requests<'a> = SelectAll<Pin<Box<dyn Stream<Item = (usize, Request)> + Send + 'a>>>;
+
+/// All requests of all services, with the number of the service.
+fn requests_of(servers: &[Server]) -> Requests<'_> {
+    let mut requests = SelectAll::new();
+    for (number, server) in servers.iter().enumerate() {
+        let stream = server.requests.reader.as_async_stream().map(move |request| (number, request));
+        requests.push(Box::pin(stream) as Pin<Box<dyn Stream<Item = _> + Send + '_>>);
+    }
+    requests
+}
+
+/// The tasks that bring messages.
+struct Feeds {
+    runtime: Handle,
+    tasks: JoinSet<()>,
+    clock: Option<(GUID, tokio::task::AbortHandle)>,
+    /// Set to true when the map's thread is to end.
+    ending: watch::Sender<bool>,
+    map_thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Feeds {
+    fn new(runtime: Handle) -> Self {
+        let (tasks, ending) = (JoinSet::new(), watch::Sender::new(false));
+        Self { runtime, tasks, clock: None, ending, map_thread: None }
+    }
+
+    fn spawn(&mut self, task: impl Future<Output = ()> + Send + 'static) -> tokio::task::AbortHandle {
+        self.tasks.spawn_on(task, &self.runtime)
+    }
+
+    fn feed(&mut self, task: impl Future<Output = ()> + Send + 'static, topic: InputTopic) {
+        if topic != InputTopic::Map {
+            self.spawn(task);
+            return;
+        }
+        let (runtime, mut ending) = (self.runtime.clone(), self.ending.subscribe());
+        let thread = std::thread::Builder::new().name("map-inlet".to_owned()).spawn(move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = task => {}
+                    // An error means that the node is gone.
+                    _ = ending.wait_for(|ending| *ending) => {}
+                }
+            });
+        });
+        match thread {
+            Ok(thread) => self.map_thread = Some(thread),
+            Err(error) => warn!("no map will be received: {error}"),
+        }
+    }
+
+    fn follow_clock(&mut self, reader: Reader, clock: Arc<RosClock>) {
+        self.stop_clock();
+        let guid = reader.reader.guid();
+        let task = self.spawn(follow_clock(reader, clock));
+        self.clock = Some((guid, task));
+    }
+
+    /// The reader that is gone now, if there was one.
+    fn stop_clock(&mut self) -> Option<GUID> {
+        let (reader, task) = self.clock.take()?;
+        task.abort();
+        Some(reader)
+    }
+
+    /// Returns when a task has ended that should have gone on.
+    async fn one_ended(&mut self) {
+        loop {
+            match self.tasks.join_next().await {
+                // The clock was switched off.
+                Some(Err(error)) if error.is_cancelled() => {}
+                Some(_) => return,
+                None => std::future::pending().await,
+            }
+        }
+    }
+
+    async fn end(mut self) {
+        self.ending.send_replace(true);
+        self.tasks.shutdown().await;
+        if let Some(thread) = self.map_thread.take()
+            && thread.join().is_err()
+        {
+            warn!("the thread that receives maps has panicked");
+        }
+    }
+}
+
+/// Sets the clock from `/clock` for as long as the task lives.
+async fn follow_clock(reader: Reader, clock: Arc<RosClock>) {
+    let mut malformed = Throttle::every(Duration::from_secs(1));
+    let stream = reader.reader.as_async_stream();
+    pin_mut!(stream);
+    while let Some(sample) = stream.next().await {
+        let mut newest = sample;
+        while let Some(Some(next)) = stream.next().now_or_never() {
+            newest = next;
+        }
+        match newest {
+            Ok(change) => {
+                let bytes = change.sample.as_bytes();
+                match ClockMessage::from_cdr(bytes, Interface::default(), CLOCK_TOPIC) {
+                    Ok(message) => clock.set(message.clock),
+                    Err(error) => malformed.warn(|| error.to_string()),
+                }
+            }
+            Err(error) => malformed.warn(|| format!("{CLOCK_TOPIC}: a message cannot be read: {error}")),
+        }
+    }
+}
+
+/// What of the settings takes effect in the actors.
+fn parameters_of(settings: &Settings) -> Parameters {
+    Parameters {
+        fallback_period_ms: settings.selector.fallback_period_ms,
+        duration_time_s: settings.concatenator.duration_time,
+        validator: settings.validator.clone(),
+        ranker: settings.ranker.clone(),
+        sources: settings.selector.sources(),
+    }
+}
+
+/// The wire form of candidates.
+pub(crate) fn interface_of(settings: &Settings) -> Interface {
+    match settings.selector.autoware_interface {
+        AutowareInterface::V0_52 => Interface::V0_52,
+        AutowareInterface::V0_53 => Interface::V0_53,
+    }
+}

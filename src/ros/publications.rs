@@ -1,0 +1,129 @@
+//! What the node publishes, onto its topics in the graph.
+//!
+//! All topics are advertised at start, so that others find them before the first cycle. Debug topics are encoded only
+//! while somebody listens; everything that others may drive by is always sent. Sending never waits for a peer.
+
+use super::graph::{Graph, GraphError, Writer};
+use super::names::Names;
+use super::qos::Qos;
+use crate::report::statistics::Statistics;
+use messages::Interface;
+use rustdds::GUID;
+use selector_actors::cycle::{CycleReport, CycleTimes};
+use selector_actors::{OutputTopic, Publication, Sink, SinkError};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Who listens to what: kept up to date by the events of the graph.
+#[derive(Debug, Clone, Default)]
+pub struct Listeners(Arc<Mutex<BTreeMap<GUID, BTreeSet<GUID>>>>);
+
+/// Readers remembered per topic. Whoever has more of them is listened to all the same.
+const MAX_LISTENERS: usize = 1024;
+
+/// Generators counted by name.
+const MAX_GENERATORS: usize = 4096;
+
+impl Listeners {
+    /// A reader of what the writer sends has come.
+    pub fn add(&self, writer: GUID, reader: GUID) {
+        let mut listeners = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let readers = listeners.entry(writer).or_default();
+        if readers.len() < MAX_LISTENERS {
+            readers.insert(reader);
+        }
+    }
+
+    /// A reader has gone.
+    pub fn remove(&self, reader: GUID) {
+        let mut listeners = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        for readers in listeners.values_mut() {
+            readers.remove(&reader);
+        }
+    }
+
+    /// How many readers the writer has.
+    #[must_use]
+    pub fn count(&self, writer: GUID) -> usize {
+        let listeners = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        listeners.get(&writer).map_or(0, BTreeSet::len)
+    }
+}
+
+/// The door out into the graph.
+pub struct GraphSink {
+    writers: BTreeMap<OutputTopic, Writer>,
+    interface: Interface,
+    listeners: Listeners,
+    statistics: Arc<Mutex<Statistics>>,
+}
+
+impl std::fmt::Debug for GraphSink {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("GraphSink").field("interface", &self.interface).finish_non_exhaustive()
+    }
+}
+
+impl GraphSink {
+    /// Advertises the topics under their remapped names.
+    ///
+    /// # Errors
+    /// A topic cannot be advertised.
+    pub fn advertise(
+        graph: &mut Graph,
+        names: &Names,
+        topics: &[OutputTopic],
+        interface: Interface,
+        listeners: Listeners,
+    ) -> Result<Self, GraphError> {
+        let mut writers = BTreeMap::new();
+        for &topic in topics {
+            let name = names.topic(&topic.ros_name())?;
+            writers.insert(topic, graph.advertise(&name, topic.type_name(), Qos::of_output(topic))?);
+        }
+        Ok(Self { writers, interface, listeners, statistics: Arc::default() })
+    }
+
+    /// Counts and latencies so far; shared with whoever reports them.
+    #[must_use]
+    pub fn statistics(&self) -> Arc<Mutex<Statistics>> {
+        self.statistics.clone()
+    }
+}
+
+impl Sink for GraphSink {
+    fn publish(&mut self, publication: Publication) -> Result<(), SinkError> {
+        let Some(writer) = self.writers.get(&publication.topic) else { return Ok(()) };
+        if publication.topic.is_debug() && self.listeners.count(writer.guid()) == 0 {
+            return Ok(());
+        }
+        let cdr = publication.message.to_cdr(self.interface);
+        writer.send(cdr).map_err(|error| SinkError(Arc::new(error)))
+    }
+
+    fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
+        let mut statistics = self.statistics.lock().unwrap_or_else(PoisonError::into_inner);
+        statistics.add(report, times);
+        // A planner that invents names must not fill the memory of a node that runs for weeks.
+        if statistics.generators.len() > MAX_GENERATORS {
+            statistics.generators.clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn listeners_come_and_go() {
+        let listeners = Listeners::default();
+        let guid = |byte| GUID::from_bytes([byte; 16]);
+        listeners.add(guid(1), guid(10));
+        listeners.add(guid(1), guid(10));
+        listeners.add(guid(2), guid(10));
+        assert_eq!((listeners.count(guid(1)), listeners.count(guid(2)), listeners.count(guid(3))), (1, 1, 0));
+        listeners.remove(guid(10));
+        assert_eq!((listeners.count(guid(1)), listeners.count(guid(2))), (0, 0));
+    }
+}

@@ -1,0 +1,252 @@
+"""A node of another DDS implementation (CycloneDDS) that does what it is told, one command at a time.
+
+Reads one JSON object a line from stdin and answers each with one line on stdout; ends when stdin does. Every message
+that is received is decoded with the IDL types of `ros_types`, encoded again and compared: `same` says whether the bytes
+agree up to padding. Messages are CDR with encapsulation header, in hexadecimal.
+
+  {"op": "write", "topic": T, "type": N, "qos": Q}     -> {"id": I}       opens a writer
+  {"op": "read", "topic": T, "type": N, "qos": Q}      -> {"id": I}       opens a reader
+  {"op": "send", "id": I, "data": D}                   -> {}
+  {"op": "take", "id": I, "count": C, "timeout_s": S}  -> {"samples": [{"data": D, "same": B, "sent_ns": T}]}
+  {"op": "matched", "id": I, "count": C, "timeout_s": S} -> {"count": N, "waited_s": W}   waits for exactly C peers
+  {"op": "close", "id": I}                             -> {}
+  {"op": "play", "tape": PATH, "writers": {topic: I}, "rate": R} -> {"sent": N, "late_max_s": L}
+  {"op": "load", ...}                                  see `load`
+  {"op": "status", "id": I}                            -> {"incompatible": N, "lost": N}
+
+T is a topic of DDS (`rt/..`), N a ROS type, Q may hold "reliable", "transient_local" and "depth". A command with
+"background": true answers at once and runs beside the others; {"op": "join"} waits for its answer.
+"""
+
+import json
+import struct
+import sys
+import threading
+import time
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from ros_types import TYPES
+
+HEADER = bytes([0, 1, 0, 0])
+MAX_PADDING = 7
+
+
+class Sample:
+    """Bytes on their way through the middleware."""
+
+    def __init__(self, data):
+        self.data = data
+        self.sample_info = None
+
+
+def carry_bytes(cls):
+    """Lets the middleware carry bytes of this type without looking into them."""
+    cls.serialize = lambda self, **_: self.raw
+    cls.deserialize = classmethod(lambda _, data, **__: Sample(data))
+    return cls
+
+
+def same_bytes(one, other):
+    short, long = sorted((bytes(one), bytes(other)), key=len)
+    rest = long[len(short):]
+    return long.startswith(short) and len(rest) <= MAX_PADDING and not any(rest)
+
+
+def decodes(cls, data):
+    """Whether the bytes are a message of the type, seen by its IDL alone. The padding in the options is not compared."""
+    message = cls.__idl__.deserialize(data)
+    again = cls.__idl__.serialize(message, use_version_2=False)
+    return same_bytes(data[4:], again[4:])
+
+
+def qos_of(wanted):
+    depth = wanted.get("depth", 1)
+    policies = [Policy.History.KeepLast(depth), Policy.DataRepresentation(use_cdrv0_representation=True)]
+    reliable = wanted.get("reliable", True)
+    policies.append(Policy.Reliability.Reliable(duration(seconds=2)) if reliable else Policy.Reliability.BestEffort)
+    if wanted.get("transient_local"):
+        policies.append(Policy.Durability.TransientLocal)
+        policies.append(Policy.DurabilityService(
+            duration(seconds=0), Policy.History.KeepLast(depth), -1, -1, -1))
+    else:
+        policies.append(Policy.Durability.Volatile)
+    return Qos(*policies)
+
+
+class Peer:
+    def __init__(self, domain):
+        self.participant = DomainParticipant(domain)
+        self.topics = {}
+        self.endpoints = {}
+        self.next_id = 1
+        self.lock = threading.Lock()
+        self.background = None
+
+    def topic(self, name, type_name):
+        if (name, type_name) not in self.topics:
+            cls = carry_bytes(TYPES[type_name])
+            self.topics[name, type_name] = (Topic(self.participant, name, cls), TYPES[type_name])
+        return self.topics[name, type_name]
+
+    def open(self, make, command):
+        topic, cls = self.topic(command["topic"], command["type"])
+        endpoint = make(self.participant, topic, qos=qos_of(command.get("qos", {})))
+        number, self.next_id = self.next_id, self.next_id + 1
+        self.endpoints[number] = (endpoint, cls)
+        return {"id": number}
+
+    def write(self, command):
+        return self.open(DataWriter, command)
+
+    def read(self, command):
+        return self.open(DataReader, command)
+
+    def send_bytes(self, number, data):
+        writer, cls = self.endpoints[number]
+        sample = object.__new__(cls)
+        sample.raw = data
+        writer.write(sample)
+
+    def send(self, command):
+        self.send_bytes(command["id"], bytes.fromhex(command["data"]))
+        return {}
+
+    def take(self, command):
+        reader, cls = self.endpoints[command["id"]]
+        until = time.monotonic() + command.get("timeout_s", 0)
+        samples = []
+        while len(samples) < command.get("count", 1):
+            taken = reader.take(N=command.get("count", 1) - len(samples))
+            for sample in taken:
+                if not isinstance(sample, Sample):
+                    continue
+                samples.append({
+                    "data": sample.data.hex(),
+                    "same": decodes(cls, sample.data),
+                    "sent_ns": sample.sample_info.source_timestamp,
+                })
+            if not taken:
+                if time.monotonic() >= until:
+                    break
+                time.sleep(0.002)
+        return {"samples": samples}
+
+    def matched(self, command):
+        endpoint, _ = self.endpoints[command["id"]]
+        is_writer = isinstance(endpoint, DataWriter)
+        count = lambda: len(  # noqa: E731
+            endpoint.get_matched_subscriptions() if is_writer else endpoint.get_matched_publications())
+        started = time.monotonic()
+        until = started + command.get("timeout_s", 0)
+        while count() != command["count"] and time.monotonic() < until:
+            time.sleep(0.005)
+        return {"count": count(), "waited_s": time.monotonic() - started}
+
+    def status(self, command):
+        endpoint, _ = self.endpoints[command["id"]]
+        if isinstance(endpoint, DataWriter):
+            status = endpoint.get_offered_incompatible_qos_status()
+            return {"incompatible": status.total_count, "lost": 0}
+        status = endpoint.get_requested_incompatible_qos_status()
+        return {"incompatible": status.total_count, "lost": endpoint.get_sample_lost_status().total_count}
+
+    def close(self, command):
+        endpoint, _ = self.endpoints.pop(command["id"])
+        del endpoint
+        return {}
+
+    def play(self, command):
+        """Sends a tape in real time. A tape is a row of messages: u8 length of the topic, topic, i64 ns, u32 length, CDR."""
+        with open(command["tape"], "rb") as file:
+            tape = file.read()
+        writers = command["writers"]
+        position, first, sent, late = 0, None, 0, 0.0
+        started = time.monotonic()
+        while position < len(tape):
+            (length,) = struct.unpack_from("<B", tape, position)
+            topic = tape[position + 1:position + 1 + length].decode()
+            position += 1 + length
+            time_ns, size = struct.unpack_from("<qI", tape, position)
+            position += 12
+            first = time_ns if first is None else first
+            due = started + (time_ns - first) * 1e-9 / command.get("rate", 1)
+            wait = due - time.monotonic()
+            if wait > 0:
+                time.sleep(wait)
+            late = max(late, time.monotonic() - due)
+            self.send_bytes(writers[topic], tape[position:position + size])
+            position += size
+            sent += 1
+        return {"sent": sent, "late_max_s": late}
+
+    def load(self, command):
+        """Sends each message at its own rate for a while: {"streams": [{"id": I, "data": D, "hz": F, "stamp_at": [offset, ..]}],
+        "seconds": S}. The four plus four bytes at each offset of `stamp_at` become the time of sending; at `number_at` the
+        number of the message is put, so that a lost one is seen."""
+        streams = []
+        for stream in command["streams"]:
+            streams.append({**stream, "data": bytearray(bytes.fromhex(stream["data"])), "sent": 0})
+        started = time.monotonic()
+        late = 0.0
+        while True:
+            stream = min(streams, key=lambda stream: stream["sent"] / stream["hz"])
+            due = started + stream["sent"] / stream["hz"]
+            if due - started >= command["seconds"]:
+                break
+            wait = due - time.monotonic()
+            if wait > 0:
+                time.sleep(wait)
+            late = max(late, time.monotonic() - due)
+            now = time.time_ns()
+            for offset in stream.get("stamp_at", []):
+                struct.pack_into("<iI", stream["data"], offset, now // 10**9, now % 10**9)
+            if "number_at" in stream:
+                struct.pack_into("<I", stream["data"], stream["number_at"], stream["sent"])
+            self.send_bytes(stream["id"], bytes(stream["data"]))
+            stream["sent"] += 1
+        return {"sent": [stream["sent"] for stream in streams], "late_max_s": late}
+
+    def run(self, command):
+        operation = command["op"]
+        if operation == "join":
+            self.background.join(command.get("timeout_s", 600))
+            return self.result
+        if operation not in {"write", "read", "send", "take", "matched", "status", "close", "play", "load"}:
+            raise ValueError(f"{operation} is no command")
+        if command.get("background"):
+            self.result = {"error": "not finished"}
+            self.background = threading.Thread(target=self.keep, args=(operation, command), daemon=True)
+            self.background.start()
+            return {}
+        return getattr(self, operation)(command)
+
+    def keep(self, operation, command):
+        try:
+            self.result = getattr(self, operation)(command)
+        except Exception as error:  # the answer to `join`
+            self.result = {"error": repr(error)}
+
+
+def main(arguments):
+    if len(arguments) != 2:
+        print("usage: peer.py DOMAIN", file=sys.stderr)
+        return 2
+    peer = Peer(int(arguments[1]))
+    print(json.dumps({"ready": True}), flush=True)
+    for line in sys.stdin:
+        try:
+            answer = peer.run(json.loads(line))
+        except Exception as error:  # the test decides what it means
+            answer = {"error": repr(error)}
+        print(json.dumps(answer), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))
