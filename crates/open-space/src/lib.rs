@@ -14,6 +14,7 @@ pub mod hybrid_a_star;
 pub mod path_profile;
 pub mod pose;
 pub mod problem;
+pub mod provider;
 pub mod reeds_shepp;
 pub mod smoother;
 pub mod speed;
