@@ -10,7 +10,7 @@ agree up to padding. Messages are CDR with encapsulation header, in hexadecimal.
   {"op": "take", "id": I, "count": C, "timeout_s": S}  -> {"samples": [{"data": D, "same": B, "sent_ns": T}]}
   {"op": "matched", "id": I, "count": C, "timeout_s": S} -> {"count": N, "waited_s": W}   waits for exactly C peers
   {"op": "close", "id": I}                             -> {}
-  {"op": "play", "tape": PATH, "writers": {topic: I}, "rate": R} -> {"sent": N, "late_max_s": L}
+  {"op": "play", "tape": PATH, "writers": {topic: I}, ...} -> {"sent": N, "held_s": H}   see `play`
   {"op": "load", ...}                                  see `load`
   {"op": "status", "id": I}                            -> {"incompatible": N, "lost": N}
 
@@ -77,6 +77,27 @@ def qos_of(wanted):
     else:
         policies.append(Policy.Durability.Volatile)
     return Qos(*policies)
+
+
+class Pace:
+    """Maps times of a tape to now; what holds it up shifts everything after it."""
+
+    def __init__(self, rate):
+        self.rate = rate
+        self.started = None
+        self.first_ns = 0
+        self.held = 0.0
+
+    def wait_until(self, time_ns):
+        if self.started is None:
+            self.started, self.first_ns = time.monotonic(), time_ns
+        due = self.started + self.held + (time_ns - self.first_ns) * 1e-9 / self.rate
+        time.sleep(max(0.0, due - time.monotonic()))
+
+    def hold(self, action):
+        before = time.monotonic()
+        action()
+        self.held += time.monotonic() - before
 
 
 class Peer:
@@ -162,28 +183,46 @@ class Peer:
         return {}
 
     def play(self, command):
-        """Sends a tape in real time. A tape is a row of messages: u8 length of the topic, topic, i64 ns, u32 length, CDR."""
+        """Sends a tape in real time, held up where it says so. A tape is a row of entries, each beginning with its kind:
+        M: u8 length of the topic, topic, i64 ns, u32 length, CDR - a message, due at its time
+        P: f64 s - do nothing for so long
+        W: i64 ns - go on when the reader `watch` has got a message whose first field is this time"""
         with open(command["tape"], "rb") as file:
             tape = file.read()
-        writers = command["writers"]
-        position, first, sent, late = 0, None, 0, 0.0
-        started = time.monotonic()
+        position, sent, pace = 0, 0, Pace(command.get("rate", 1))
         while position < len(tape):
-            (length,) = struct.unpack_from("<B", tape, position)
-            topic = tape[position + 1:position + 1 + length].decode()
-            position += 1 + length
-            time_ns, size = struct.unpack_from("<qI", tape, position)
-            position += 12
-            first = time_ns if first is None else first
-            due = started + (time_ns - first) * 1e-9 / command.get("rate", 1)
-            wait = due - time.monotonic()
-            if wait > 0:
-                time.sleep(wait)
-            late = max(late, time.monotonic() - due)
-            self.send_bytes(writers[topic], tape[position:position + size])
-            position += size
-            sent += 1
-        return {"sent": sent, "late_max_s": late}
+            kind, position = tape[position:position + 1], position + 1
+            if kind == b"M":
+                end = position + 1 + tape[position]
+                topic = tape[position + 1:end].decode()
+                time_ns, size = struct.unpack_from("<qI", tape, end)
+                position = end + 12 + size
+                pace.wait_until(time_ns)
+                self.send_bytes(command["writers"][topic], tape[end + 12:position])
+                sent += 1
+            elif kind == b"P":
+                (seconds,) = struct.unpack_from("<d", tape, position)
+                position += 8
+                pace.hold(lambda: time.sleep(seconds))
+            elif kind == b"W":
+                (time_ns,) = struct.unpack_from("<q", tape, position)
+                position += 8
+                pace.hold(lambda: self.wait_for_stamp(command["watch"], time_ns, command["patience_s"]))
+            else:
+                raise ValueError(f"a tape with {kind!r} at {position}")
+        return {"sent": sent, "held_s": pace.held}
+
+    def wait_for_stamp(self, number, time_ns, patience_s):
+        reader, _ = self.endpoints[number]
+        until = time.monotonic() + patience_s
+        while time.monotonic() < until:
+            for sample in reader.take(N=100):
+                if isinstance(sample, Sample):
+                    sec, nanosec = struct.unpack_from("<iI", sample.data, 4)
+                    if sec * 10**9 + nanosec == time_ns:
+                        return
+            time.sleep(0.001)
+        raise TimeoutError(f"no message of time {time_ns}")
 
     def load(self, command):
         """Sends each message at its own rate for a while: {"streams": [{"id": I, "data": D, "hz": F, "stamp_at": [offset, ..]}],

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs peer.py, a node of another DDS implementation, with the arguments given: see there.
+# Runs peer.py, a node of another DDS implementation, with the arguments given: see there. Without arguments it only
+# makes sure that it could.
 # Makes a virtual environment in the user's cache on first use and whenever the requirements change.
 # Exit code 77: python3 or the packages cannot be had here.
 set -euo pipefail
@@ -25,5 +26,6 @@ if [ "$(cat "$venv/requirements.sha256" 2>/dev/null)" != "$wanted" ]; then
 fi
 exec 9>&-
 
+[ $# -gt 0 ] || exit 0
 export PYTHONDONTWRITEBYTECODE=1
 exec "$venv/bin/python" "$here/peer.py" "$@"

@@ -30,27 +30,37 @@ const LOOPBACK_ONLY: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkIn
 
 /// Runs the body in a network of its own, if the system allows it: the test process starts itself again there.
 pub(crate) fn isolated(test: &str, body: impl FnOnce(&Lab)) {
-    if std::env::var_os(ISOLATED).is_none() && namespaces_are_allowed() {
-        let status = unshare()
-            .arg("sh")
-            .args(["-c", "ip link set lo up && exec \"$@\"", "_"])
-            .arg(std::env::current_exe().unwrap())
-            .args([test, "--exact", "--nocapture", "--include-ignored"])
-            .env(ISOLATED, "1")
-            .status()
-            .unwrap();
-        assert!(status.success(), "{test} failed in its own network");
+    if std::env::var_os(ISOLATED).is_some() {
+        return body(&Lab::new());
+    }
+    // Packages can only be had from outside.
+    let prepared = peer_script().output().unwrap();
+    if prepared.status.code() == Some(UNAVAILABLE) {
+        let why = String::from_utf8_lossy(&prepared.stderr);
+        let required =
+            std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
+        assert!(!required, "the peers are required here: {why}");
+        eprintln!("skipped: {why}");
         return;
     }
-    match Lab::new() {
-        Ok(lab) => body(&lab),
-        Err(why) => {
-            let required =
-                std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
-            assert!(!required, "the peers are required here: {why}");
-            eprintln!("skipped: {why}");
-        }
+    assert!(prepared.status.success(), "{}", String::from_utf8_lossy(&prepared.stderr));
+    if !namespaces_are_allowed() {
+        return body(&Lab::new());
     }
+    let status = unshare()
+        .args(["sh", "-c", "ip link set lo up && exec \"$@\"", "_"])
+        .arg(std::env::current_exe().unwrap())
+        .args([test, "--exact", "--nocapture", "--include-ignored"])
+        .env(ISOLATED, "1")
+        .status()
+        .unwrap();
+    assert!(status.success(), "{test} failed in its own network");
+}
+
+fn peer_script() -> Command {
+    let mut command = Command::new("bash");
+    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/run.sh"));
+    command
 }
 
 fn unshare() -> Command {
@@ -72,18 +82,16 @@ pub(crate) struct Lab {
 }
 
 impl Lab {
-    /// With a domain of its own; an error where there are no peers.
-    fn new() -> Result<Self, String> {
+    fn new() -> Self {
         // The domain only has to differ from that of tests that run at the same time without namespaces.
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
         let domain = u16::try_from((now.subsec_nanos() / 1000 + std::process::id()) % 100 + 1).unwrap();
-        let lab = Self { domain, folder: tempfile::tempdir().unwrap() };
-        Peer::start(domain).map(|_| lab)
+        Self { domain, folder: tempfile::tempdir().unwrap() }
     }
 
     /// A node of another implementation.
     pub(crate) fn peer(&self) -> Peer {
-        Peer::start(self.domain).unwrap()
+        Peer::start(self.domain)
     }
 
     /// The node under test, with these ROS arguments.
@@ -131,32 +139,23 @@ pub(crate) struct Peer {
 }
 
 impl Peer {
-    fn start(domain: u16) -> Result<Self, String> {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/run.sh");
-        let mut child = Command::new("bash")
-            .arg(script)
+    fn start(domain: u16) -> Self {
+        let mut child = peer_script()
             .arg(domain.to_string())
             .env("CYCLONEDDS_URI", LOOPBACK_ONLY)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
             .spawn()
-            .map_err(|error| error.to_string())?;
+            .unwrap();
         let commands = child.stdin.take().unwrap();
         let answers = Lines::of(child.stdout.take().unwrap());
-        let complaints = Lines::of(child.stderr.take().unwrap());
-        let mut peer = Self { child, commands, answers };
-        // The first start installs packages.
-        match peer.answers.receiver.recv_timeout(5 * PATIENCE) {
-            Ok(line) if line.contains("ready") => Ok(peer),
-            other => {
-                let status = peer.child.wait().unwrap();
-                let said: Vec<String> = complaints.receiver.iter().collect();
-                let said = said.join("\n");
-                assert_eq!(status.code(), Some(UNAVAILABLE), "the peer does not start: {other:?}\n{said}");
-                Err(said)
-            }
-        }
+        let peer = Self { child, commands, answers };
+        let first = peer.answers.receiver.recv_timeout(PATIENCE);
+        assert!(
+            first.as_ref().is_ok_and(|line| line.contains("ready")),
+            "the peer does not start: {first:?}"
+        );
+        peer
     }
 
     /// Gives a command and waits for its answer.
@@ -186,9 +185,8 @@ impl Peer {
 
     /// Waits until the endpoint has exactly so many peers; tells how long it took.
     pub(crate) fn wait_for_peers(&mut self, id: u64, count: u64) -> Duration {
-        let answer = self.ask(
-            &json!({"op": "matched", "id": id, "count": count, "timeout_s": PATIENCE.as_secs_f64()}),
-        );
+        let answer = self
+            .ask(&json!({"op": "matched", "id": id, "count": count, "timeout_s": PATIENCE.as_secs_f64()}));
         assert_eq!(answer["count"], count, "endpoint {id}");
         Duration::from_secs_f64(answer["waited_s"].as_f64().unwrap())
     }
@@ -206,8 +204,7 @@ impl Peer {
 
     /// Takes messages until there are so many or the time is over. Each must be what its type says, seen by the peer.
     pub(crate) fn take(&mut self, id: u64, count: usize, timeout: Duration) -> Vec<Vec<u8>> {
-        let command =
-            json!({"op": "take", "id": id, "count": count, "timeout_s": timeout.as_secs_f64()});
+        let command = json!({"op": "take", "id": id, "count": count, "timeout_s": timeout.as_secs_f64()});
         let answer = self.ask(&command);
         let samples = answer["samples"].as_array().unwrap();
         samples
@@ -248,7 +245,9 @@ pub(crate) fn to_hex(bytes: &[u8]) -> String {
 }
 
 pub(crate) fn from_hex(text: &str) -> Vec<u8> {
-    (0..text.len() / 2).map(|index| u8::from_str_radix(&text[2 * index..2 * index + 2], 16).unwrap()).collect()
+    (0..text.len() / 2)
+        .map(|index| u8::from_str_radix(&text[2 * index..2 * index + 2], 16).unwrap())
+        .collect()
 }
 
 /// The node under test.
@@ -277,12 +276,8 @@ impl Node {
         // What the machine has set is not for this node.
         command.env_remove("RMW_IMPLEMENTATION").env_remove("ROS_LOCALHOST_ONLY");
         command.envs(environment.iter().copied());
-        let mut child = command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child =
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let log = Arc::new(Mutex::new(Vec::new()));
         let (lines, kept) = (Lines::of(child.stderr.take().unwrap()), log.clone());
         std::thread::spawn(move || {
