@@ -11,6 +11,9 @@ pub(crate) type Affine<'a> = (&'a [(usize, f64)], f64);
 
 /// Interior-point steps before a solve is given up; easy programs need about ten.
 const MAX_ITERATIONS: u32 = 100;
+/// Part of the cost by which a solution may be worse than the best: a thousandth of a squared millimetre matters to no
+/// vehicle.
+const GAP: f64 = 1e-6;
 
 /// A convex program under construction.
 #[derive(Debug)]
@@ -98,7 +101,7 @@ impl ConvexProgram {
     /// The best values of the variables; `None` when there are none (the constraints contradict each other) or the
     /// solver did not get there.
     ///
-    /// Accurate to about 1e-8 of the largest number involved, at worst 1e-4: check what you rely on.
+    /// Constraints hold to about 1e-8 of the largest number involved, at worst 1e-4: check what you rely on.
     pub(crate) fn solve(self) -> Option<Vec<f64>> {
         let variables = self.linear.len();
         let quadratic = self.quadratic.into_matrix(variables, variables);
@@ -107,6 +110,8 @@ impl ConvexProgram {
             verbose: false,
             max_iter: MAX_ITERATIONS,
             max_threads: 1,
+            tol_gap_abs: GAP,
+            tol_gap_rel: GAP,
             ..Default::default()
         };
         let mut solver = DefaultSolver::new(
@@ -120,7 +125,10 @@ impl ConvexProgram {
         .ok()?;
         solver.solve();
         let solution = solver.solution;
-        let solved = matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        let solved = matches!(
+            solution.status,
+            SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress
+        );
         (solved && solution.x.iter().all(|x| x.is_finite())).then_some(solution.x)
     }
 }

@@ -11,7 +11,10 @@ pub mod arc;
 pub mod collision;
 mod convex_program;
 pub mod hybrid_a_star;
+#[cfg(test)]
+mod manoeuvre;
 pub mod path_profile;
+pub mod planner;
 pub mod pose;
 pub mod problem;
 pub mod provider;
@@ -28,6 +31,7 @@ pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
 pub use hybrid_a_star::{CoarsePath, GearPart};
 pub use path_profile::PathProfile;
+pub use planner::{OpenSpaceParameters, Plan, PlanError, Planner, Supervisor};
 pub use pose::{Gear, PlanarPose};
 pub use problem::{Limits, Problem};
 pub use speed::{SpeedError, SpeedLimits, SpeedProfile, SpeedWeights};

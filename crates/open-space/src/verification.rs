@@ -317,3 +317,160 @@ fn within(index: usize, quantity: Quantity, value: f64, limit: f64) -> Result<()
 fn agrees(index: usize, quantity: Quantity, off: f64) -> Result<(), Violation> {
     if off.abs() <= KINEMATICS { Ok(()) } else { Err(Violation::Kinematics { index, quantity, value: off }) }
 }
+
+#[cfg(test)]
+mod tests {
+    use motion::Point2;
+
+    use super::*;
+    use crate::manoeuvre::manoeuvre;
+    use crate::planner::{OpenSpaceParameters, Planner, Unsupervised};
+    use crate::pose::Gear;
+
+    fn plan() -> (Problem, Trajectory, Measures) {
+        let start = PlanarPose::new(1.0, 2.0, 0.3);
+        let (problem, path) = manoeuvre(Gear::Forward, start, &[&[(0.2, 3.0)], &[(-0.2, 2.0), (0.0, 1.0)]]);
+        let checker = CollisionChecker::new(&problem).unwrap();
+        let planner = Planner::new(OpenSpaceParameters::default());
+        let plan = planner.refine(&problem, &checker, &path, &mut Unsupervised).unwrap();
+        (problem, plan.trajectory, plan.measures)
+    }
+
+    fn judge(problem: &Problem, trajectory: &Trajectory) -> Result<Measures, Violation> {
+        verify(trajectory, problem, &CollisionChecker::new(problem).unwrap())
+    }
+
+    #[test]
+    fn measures_of_a_plan() {
+        let (problem, trajectory, measures) = plan();
+        assert_eq!(judge(&problem, &trajectory), Ok(measures));
+        assert!((measures.length_m - 6.0).abs() < 0.1, "{measures:?}");
+        assert_eq!((measures.gear_changes, measures.min_clearance_m), (1, f64::INFINITY));
+        assert!(measures.max_curvature > 0.1 && measures.max_curvature < 0.302);
+        assert_eq!(measures.duration_s, trajectory.points.last().unwrap().time_s);
+        assert!(measures.end_error_m < 1e-9 && measures.end_error_rad < 1e-9);
+    }
+
+    #[test]
+    fn every_change_for_the_worse_is_found() {
+        type Change = fn(&mut Vec<TrajectoryPoint>);
+        type Kind = fn(&Violation) -> bool;
+        let cases: [(&str, Change, Kind); 16] = [
+            ("one point", |p| p.truncate(1), |v| matches!(v, Violation::TooShort { points: 1 })),
+            ("no end", |p| p.truncate(p.len() - 10), |v| matches!(v, Violation::End { .. })),
+            (
+                "rolling end",
+                |p| p.last_mut().unwrap().speed_mps = -1e-3,
+                |v| matches!(v, Violation::End { .. }),
+            ),
+            ("no start", |p| drop(p.drain(..10)), |v| matches!(v, Violation::Start { .. })),
+            (
+                "not a number",
+                |p| p[7].steer_rad = f64::NAN,
+                |v| matches!(v, Violation::NotFinite { index: 7 }),
+            ),
+            ("nowhere", |p| p[7].pose.x = f64::INFINITY, |v| matches!(v, Violation::NotFinite { index: 7 })),
+            ("no time", |p| p[7].time_s = p[6].time_s, |v| matches!(v, Violation::Spacing { index: 7, .. })),
+            ("a gap", |p| drop(p.drain(20..22)), |v| matches!(v, Violation::Spacing { index: 20, .. })),
+            (
+                "wrong gear",
+                |p| p[9].gear = Gear::Reverse,
+                |v| matches!(v, Violation::Limit { index: 9, quantity: Quantity::Speed, .. }),
+            ),
+            (
+                "sharp",
+                |p| p[9].curvature = -0.31,
+                |v| matches!(v, Violation::Limit { index: 9, quantity: Quantity::Curvature, .. }),
+            ),
+            (
+                "steering elsewhere",
+                |p| p[9].steer_rad += 0.01,
+                |v| matches!(v, Violation::Kinematics { index: 9, quantity: Quantity::Steering, .. }),
+            ),
+            (
+                "a jump forward",
+                |p| p[9].pose.x += 0.005,
+                |v| matches!(v, Violation::Kinematics { index: 8, quantity: Quantity::Travel, .. }),
+            ),
+            (
+                "a jump aside",
+                |p| p[9].pose.y += 0.005,
+                |v| matches!(v, Violation::Kinematics { index: 8, .. }),
+            ),
+            (
+                "a turn on the spot",
+                |p| p[9].pose.yaw += 0.005,
+                |v| matches!(v, Violation::Kinematics { index: 8, .. }),
+            ),
+            (
+                "a kick",
+                |p| p[9].acceleration_mps2 += 0.4,
+                |v| matches!(v, Violation::Limit { quantity: Quantity::Jerk | Quantity::Acceleration, .. }),
+            ),
+            (
+                "faster than it goes",
+                |p| p[9].speed_mps += 0.02,
+                |v| {
+                    matches!(
+                        v,
+                        Violation::Kinematics { index: 8, quantity: Quantity::Speed | Quantity::Travel, .. }
+                    )
+                },
+            ),
+        ];
+        let (problem, trajectory, _) = plan();
+        for (name, change, expected) in cases {
+            let mut changed = trajectory.clone();
+            change(&mut changed.points);
+            let violation = judge(&problem, &changed).unwrap_err();
+            assert!(expected(&violation), "{name}: {violation:?}");
+        }
+    }
+
+    #[test]
+    fn limits_are_those_of_the_problem() {
+        type Change = fn(&mut Problem);
+        let cases: [(Quantity, Change); 5] = [
+            (Quantity::Speed, |p| p.limits.max_speed_reverse_mps *= 0.3),
+            (Quantity::Speed, |p| p.limits.max_speed_forward_mps *= 0.3),
+            (Quantity::Acceleration, |p| p.limits.max_acceleration_mps2 *= 0.3),
+            (Quantity::Jerk, |p| p.limits.max_jerk_mps3 *= 0.3),
+            (Quantity::SteeringRate, |p| p.limits.max_steer_rate_rps *= 0.9),
+        ];
+        let (problem, trajectory, _) = plan();
+        for (wanted, change) in cases {
+            let mut changed = problem.clone();
+            change(&mut changed);
+            let violation = judge(&changed, &trajectory).unwrap_err();
+            assert!(
+                matches!(violation, Violation::Limit { quantity, .. } if quantity == wanted),
+                "{violation:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn obstacles_between_two_points_are_found() {
+        let (mut problem, trajectory, _) = plan();
+        let pose = trajectory.points[30].pose;
+        let (sin, cos) = pose.yaw.sin_cos();
+        // A needle that the right side only touches.
+        let at = |x: f64, y: f64| Point2::new(pose.x + cos * x - sin * y, pose.y + sin * x + cos * y);
+        problem.obstacles = vec![vec![at(1.0, -0.947), at(1.0, -3.0)]];
+        assert!(matches!(judge(&problem, &trajectory), Err(Violation::Collision { .. })));
+        problem.obstacles = vec![vec![at(1.0, -2.5), at(1.0, -3.0)]];
+        let measures = judge(&problem, &trajectory).unwrap();
+        assert!(measures.min_clearance_m > 0.5 && measures.min_clearance_m < 1.56, "{measures:?}");
+        problem.bounds[1] = pose.x;
+        assert!(matches!(judge(&problem, &trajectory), Err(Violation::Collision { .. })));
+    }
+
+    #[test]
+    fn a_gear_change_on_the_move_is_found() {
+        let (problem, mut trajectory, _) = plan();
+        let cusp = trajectory.points.iter().position(|point| point.gear == Gear::Reverse).unwrap();
+        trajectory.points[cusp].speed_mps = -1e-4;
+        let violation = judge(&problem, &trajectory).unwrap_err();
+        assert!(matches!(violation, Violation::MovingGearChange { .. }), "{violation:?}");
+    }
+}

@@ -4,32 +4,8 @@ use motion::VehicleInfo;
 use proptest::prelude::*;
 
 use super::*;
-use crate::arc::Arc;
+use crate::manoeuvre::{part, problem};
 use crate::pose::Gear;
-use crate::problem::{Limits, Problem};
-
-fn part(gear: Gear, start: PlanarPose, arcs: &[(f64, f64)]) -> GearPart {
-    let mut part = GearPart { gear, poses: vec![start], arcs: Vec::new() };
-    for (curvature, length) in arcs {
-        let arc = Arc::new(*curvature, gear.sign() * length);
-        part.poses.push(arc.end(part.poses.last().unwrap()));
-        part.arcs.push(arc);
-    }
-    part
-}
-
-fn problem(obstacles: Vec<Vec<Point2>>) -> Problem {
-    Problem {
-        vehicle: VehicleInfo::default(),
-        limits: Limits::default(),
-        bounds: [-60.0, 60.0, -60.0, 60.0],
-        obstacles,
-        start: PlanarPose::default(),
-        start_speed_mps: 0.0,
-        start_acceleration_mps2: 0.0,
-        goal: PlanarPose::default(),
-    }
-}
 
 fn checker(obstacles: Vec<Vec<Point2>>) -> CollisionChecker {
     CollisionChecker::new(&problem(obstacles)).unwrap()

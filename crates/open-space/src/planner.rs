@@ -1,0 +1,227 @@
+//! From a problem to a trajectory: search, smooth each gear part, find the speed, join, check.
+//!
+//! Anytime: once the search has found a path there is always a trajectory to return. Stopped after the search, the
+//! vehicle drives the arcs that were found and stands still to steer between them; stopped after the smoothing, it
+//! drives the smooth path at a careful speed. A part that cannot be smoothed among its obstacles is driven as arcs,
+//! too. Nothing is returned that did not pass [`verify`](crate::verification::verify).
+//!
+//! The same problem, parameters and answers of the supervisor give the same plan, bit for bit.
+
+mod draft;
+mod runs;
+
+use thiserror::Error;
+
+use crate::collision::CollisionChecker;
+use crate::hybrid_a_star::CoarsePath;
+use crate::problem::Problem;
+use crate::smoother::{SmootherSettings, SmoothingError};
+use crate::speed::{SpeedError, SpeedWeights};
+use crate::trajectory::Trajectory;
+use crate::verification::{Measures, Violation};
+use draft::Draft;
+use runs::Timing;
+
+/// All parameters of planning in open space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenSpaceParameters {
+    /// Distance from the goal within which there is nothing to plan, m.
+    pub near_goal_m: f64,
+    /// Heading off the goal's within which there is nothing to plan, rad.
+    pub near_goal_rad: f64,
+    /// Smoothing of the path.
+    pub smoother: SmootherSettings,
+    /// Preferences of the speed.
+    pub speed: SpeedWeights,
+}
+
+impl Default for OpenSpaceParameters {
+    fn default() -> Self {
+        Self {
+            near_goal_m: 0.1,
+            near_goal_rad: 0.05,
+            smoother: SmootherSettings::default(),
+            speed: SpeedWeights::default(),
+        }
+    }
+}
+
+/// What the planner is about to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Prepare the obstacles and search a coarse path.
+    Search,
+    /// Smooth its parts.
+    Smoothing,
+    /// Find the speed.
+    Speed,
+    /// Join and check the trajectory.
+    Check,
+}
+
+/// The caller's say while a plan is made. It also owns the clock: the planner has none.
+pub trait Supervisor {
+    /// Asked often, also between the solves; true ends the planning with the best there is.
+    fn stop(&mut self) -> bool;
+
+    /// Told when a step begins.
+    fn begin(&mut self, _step: Step) {}
+}
+
+/// Lets the planner finish.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unsupervised;
+
+impl Supervisor for Unsupervised {
+    fn stop(&mut self) -> bool {
+        false
+    }
+}
+
+/// How far a plan got.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// The arcs of the search, with stops to steer.
+    Search,
+    /// The smooth path, at a careful speed.
+    Smoothed,
+    /// All the way.
+    Timed,
+}
+
+/// A part that is driven as the arcs of the search, with stops to steer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartFallback {
+    /// Of the coarse path, counted from 0.
+    pub part: usize,
+    /// Why it was not smoothed.
+    pub reason: SmoothingError,
+}
+
+/// A trajectory that may be driven, and how it came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// From the start to rest at the goal.
+    pub trajectory: Trajectory,
+    /// How far the planner got.
+    pub stage: Stage,
+    /// The trajectory in numbers.
+    pub measures: Measures,
+    /// Parts that could not be smoothed.
+    pub fallbacks: Vec<PartFallback>,
+    /// Of the path that the search found, m.
+    pub coarse_length_m: f64,
+    /// Nodes the search expanded.
+    pub expansions: usize,
+    /// Programs the smoothing solved.
+    pub passes: usize,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PlanError {
+    /// A number of the problem that cannot be.
+    #[error("`{field}` is {value}, but must be {wanted}; correct the input")]
+    Input {
+        /// Which one.
+        field: &'static str,
+        /// As given.
+        value: f64,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// The vehicle rolls one way and the path begins the other way.
+    #[error("the vehicle rolls at {speed_mps:.3} m/s, but the path begins in the other gear; stop first")]
+    RollingAgainstGear {
+        /// Along the heading.
+        speed_mps: f64,
+    },
+    /// A rolling vehicle that cannot follow the path.
+    #[error(transparent)]
+    Speed(#[from] SpeedError),
+    /// What was planned did not pass the last check.
+    #[error("the planned trajectory was held back: {0}; report this with the scene")]
+    Invalid(#[from] Violation),
+}
+
+/// Plans in open space.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    parameters: OpenSpaceParameters,
+}
+
+impl Planner {
+    /// A planner with these parameters.
+    #[must_use]
+    pub fn new(parameters: OpenSpaceParameters) -> Self {
+        Self { parameters }
+    }
+
+    /// Makes a trajectory of a coarse path that was found for `problem`.
+    ///
+    /// # Errors
+    /// Impossible numbers, a rolling start that the path does not allow, a path that is not what it says it is.
+    pub fn refine(
+        &self,
+        problem: &Problem,
+        checker: &CollisionChecker,
+        coarse: &CoarsePath,
+        supervisor: &mut dyn Supervisor,
+    ) -> Result<Plan, PlanError> {
+        check_input(problem)?;
+        let mut draft = Draft::new(problem, checker, &self.parameters, coarse);
+        supervisor.begin(Step::Smoothing);
+        let smoothed = draft.smooth(&mut || supervisor.stop());
+        supervisor.begin(Step::Speed);
+        let timed = if smoothed { draft.runs(Timing::Planned, &mut || supervisor.stop())? } else { None };
+        let (runs, stage) = match (timed, smoothed) {
+            (Some(runs), _) => (Some(runs), Stage::Timed),
+            (None, true) => (draft.runs(Timing::Quick, &mut || false)?, Stage::Smoothed),
+            (None, false) => (None, Stage::Search),
+        };
+        supervisor.begin(Step::Check);
+        if let Some(Ok(plan)) = runs.map(|runs| draft.plan(&runs, stage)) {
+            return Ok(plan);
+        }
+        // Nothing but the arcs of the search: they are free of collisions by construction.
+        let draft = Draft::new(problem, checker, &self.parameters, coarse);
+        let runs = draft.runs(Timing::Quick, &mut || false)?.unwrap_or_default();
+        Ok(draft.plan(&runs, Stage::Search)?)
+    }
+}
+
+/// Refuses numbers that are not finite and limits that are not positive.
+fn check_input(problem: &Problem) -> Result<(), PlanError> {
+    let (start, goal, limits) = (&problem.start, &problem.goal, &problem.limits);
+    let states = [
+        ("start.x", start.x),
+        ("start.y", start.y),
+        ("start.yaw", start.yaw),
+        ("start.v", problem.start_speed_mps),
+        ("start.a", problem.start_acceleration_mps2),
+        ("goal.x", goal.x),
+        ("goal.y", goal.y),
+        ("goal.yaw", goal.yaw),
+    ];
+    if let Some(&(field, value)) = states.iter().find(|(_, value)| !value.is_finite()) {
+        return Err(PlanError::Input { field, value, wanted: "a finite number" });
+    }
+    let limits = [
+        ("limits.max_speed_forward", limits.max_speed_forward_mps),
+        ("limits.max_speed_reverse", limits.max_speed_reverse_mps),
+        ("limits.max_acceleration", limits.max_acceleration_mps2),
+        ("limits.max_jerk", limits.max_jerk_mps3),
+        ("limits.max_steer_rate", limits.max_steer_rate_rps),
+    ];
+    // Written so that not-a-number fails.
+    match limits.iter().find(|(_, value)| !(*value >= SMALLEST_LIMIT && value.is_finite())) {
+        Some(&(field, value)) => Err(PlanError::Input { field, value, wanted: "at least 0.01" }),
+        None => Ok(()),
+    }
+}
+
+/// Smallest limit of the motion: below it a manoeuvre takes hours, and millions of points.
+const SMALLEST_LIMIT: f64 = 0.01;
+
+#[cfg(test)]
+mod tests;

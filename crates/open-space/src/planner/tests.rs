@@ -1,0 +1,201 @@
+//! From hand-made coarse paths to trajectories.
+
+use std::f64::consts::FRAC_PI_2;
+
+use motion::{Point2, VehicleInfo};
+use proptest::prelude::*;
+
+use super::*;
+use crate::manoeuvre::manoeuvre;
+use crate::pose::{Gear, PlanarPose};
+use crate::problem::Limits;
+use crate::verification::verify;
+
+/// Says stop from the given question on, and remembers the steps.
+struct Patience {
+    answers: usize,
+    steps: Vec<Step>,
+}
+
+impl Supervisor for Patience {
+    fn stop(&mut self) -> bool {
+        let stop = self.answers == 0;
+        self.answers = self.answers.saturating_sub(1);
+        stop
+    }
+
+    fn begin(&mut self, step: Step) {
+        self.steps.push(step);
+    }
+}
+
+fn refine(problem: &Problem, path: &CoarsePath, supervisor: &mut dyn Supervisor) -> Result<Plan, PlanError> {
+    let checker = CollisionChecker::new(problem).unwrap();
+    Planner::new(OpenSpaceParameters::default()).refine(problem, &checker, path, supervisor)
+}
+
+/// Into a slot and forward again, well within the curvature limit.
+fn easy() -> (Problem, CoarsePath) {
+    let parts: [&[(f64, f64)]; 3] =
+        [&[(0.1, 2.0), (0.0, 1.0)], &[(-0.25, 2.5), (0.0, 0.4), (0.25, 2.5)], &[(0.2, 1.0), (-0.2, 1.0)]];
+    manoeuvre(Gear::Forward, PlanarPose::new(4.0, -3.0, 2.5), &parts)
+}
+
+#[test]
+fn a_plan_goes_all_the_way() {
+    let (problem, path) = easy();
+    let mut supervisor = Patience { answers: usize::MAX, steps: Vec::new() };
+    let plan = refine(&problem, &path, &mut supervisor).unwrap();
+    assert_eq!(supervisor.steps, [Step::Smoothing, Step::Speed, Step::Check]);
+    assert_eq!((plan.stage, plan.fallbacks.len(), plan.passes), (Stage::Timed, 0, 3));
+    assert_eq!(plan.measures.gear_changes, 2);
+    assert_eq!(plan.coarse_length_m, path.length_m());
+    assert!(plan.measures.length_m < 1.02 * path.length_m());
+    let points = &plan.trajectory.points;
+    assert_eq!((points[0].pose, points[0].time_s), (problem.start, 0.0));
+    let last = points.last().unwrap();
+    assert_eq!((last.pose, last.speed_mps, last.acceleration_mps2), (problem.goal, 0.0, 0.0));
+    assert_eq!(plan, refine(&problem, &path, &mut Unsupervised).unwrap(), "the same plan every time");
+}
+
+#[test]
+fn wheels_turn_while_the_vehicle_stands_at_a_cusp() {
+    let (problem, path) = manoeuvre(Gear::Reverse, PlanarPose::default(), &[&[(0.25, 3.0)], &[(-0.25, 3.0)]]);
+    let points = refine(&problem, &path, &mut Unsupervised).unwrap().trajectory.points;
+    let cusp = points.iter().position(|point| point.gear == Gear::Forward).unwrap();
+    let standing: Vec<_> =
+        points[cusp..].iter().take_while(|point| point.pose == points[cusp].pose).collect();
+    let turned = standing.last().unwrap().steer_rad - standing[0].steer_rad;
+    assert!(turned < -1.0, "{turned}");
+    let took_s = standing.last().unwrap().time_s - standing[0].time_s;
+    assert!(-turned / took_s > 0.9 * problem.limits.max_steer_rate_rps, "{took_s} s");
+    assert!(standing.iter().all(|point| point.speed_mps == 0.0 && point.acceleration_mps2 == 0.0));
+    assert!(standing.iter().all(|point| point.gear == Gear::Forward));
+}
+
+#[test]
+fn stopped_at_any_time_there_is_something_to_drive() {
+    let (problem, path) = easy();
+    let checker = CollisionChecker::new(&problem).unwrap();
+    let complete = refine(&problem, &path, &mut Unsupervised).unwrap();
+    let (mut stages, mut durations) = (Vec::new(), Vec::new());
+    for answers in 0.. {
+        let plan = refine(&problem, &path, &mut Patience { answers, steps: Vec::new() }).unwrap();
+        assert_eq!(verify(&plan.trajectory, &problem, &checker), Ok(plan.measures));
+        if stages.last() != Some(&plan.stage) {
+            stages.push(plan.stage);
+            durations.push(plan.measures.duration_s);
+        }
+        if plan == complete {
+            break;
+        }
+    }
+    assert_eq!(stages, [Stage::Search, Stage::Smoothed, Stage::Timed]);
+    assert!(durations.is_sorted_by(|a, b| a > b), "{durations:?}");
+}
+
+#[test]
+fn a_part_that_cannot_be_smoothed_is_driven_with_stops_between_its_arcs() {
+    let (problem, path) = manoeuvre(
+        Gear::Forward,
+        PlanarPose::default(),
+        &[&[(0.3, 2.0), (-0.3, 1.0), (-0.3, 1.0), (0.3, 1.0)]],
+    );
+    let mut parameters = OpenSpaceParameters::default();
+    parameters.smoother.max_passes = 0;
+    let checker = CollisionChecker::new(&problem).unwrap();
+    let plan = Planner::new(parameters).refine(&problem, &checker, &path, &mut Unsupervised).unwrap();
+    assert_eq!(plan.stage, Stage::Timed);
+    assert!(matches!(plan.fallbacks[..], [PartFallback { part: 0, .. }]));
+    assert!((plan.measures.length_m - 5.0).abs() < 0.01);
+    let stops = plan.trajectory.points.windows(2).filter(|p| p[0].speed_mps > 0.0 && p[1].speed_mps == 0.0);
+    assert_eq!(stops.count(), 3);
+}
+
+/// Curvature of the default vehicle at full lock.
+fn full_lock() -> f64 {
+    VehicleInfo::default().max_curvature()
+}
+
+#[test]
+fn rolling_starts() {
+    let (mut problem, path) = easy();
+    problem.start_speed_mps = 0.4;
+    problem.start_acceleration_mps2 = 0.1;
+    let plan = refine(&problem, &path, &mut Unsupervised).unwrap();
+    assert_eq!(
+        (plan.trajectory.points[0].speed_mps, plan.trajectory.points[0].acceleration_mps2),
+        (0.4, 0.1)
+    );
+    problem.start_speed_mps = -0.1;
+    assert!(matches!(refine(&problem, &path, &mut Unsupervised), Err(PlanError::RollingAgainstGear { .. })));
+    problem.start_speed_mps = 2.5;
+    let error = refine(&problem, &path, &mut Unsupervised).unwrap_err();
+    assert!(matches!(error, PlanError::Speed(SpeedError::TooFastAtStart { .. })), "{error}");
+}
+
+#[test]
+fn a_path_that_is_not_free_is_held_back() {
+    let (mut problem, path) = easy();
+    let middle = path.parts[1].poses[1];
+    let (sin, cos) = middle.yaw.sin_cos();
+    let post = Point2::new(middle.x + cos, middle.y + sin);
+    problem.obstacles = vec![vec![post, Point2::new(post.x + 0.1, post.y)]];
+    let error = refine(&problem, &path, &mut Unsupervised).unwrap_err();
+    assert!(matches!(error, PlanError::Invalid(Violation::Collision { .. })), "{error}");
+}
+
+#[test]
+fn impossible_numbers_are_refused_by_name() {
+    type Change = fn(&mut Problem);
+    let cases: [(&str, Change); 8] = [
+        ("start.x", |p| p.start.x = f64::NAN),
+        ("start.yaw", |p| p.start.yaw = f64::INFINITY),
+        ("start.v", |p| p.start_speed_mps = f64::NAN),
+        ("goal.y", |p| p.goal.y = f64::NEG_INFINITY),
+        ("limits.max_speed_reverse", |p| p.limits.max_speed_reverse_mps = 0.0),
+        ("limits.max_acceleration", |p| p.limits.max_acceleration_mps2 = -1.0),
+        ("limits.max_jerk", |p| p.limits.max_jerk_mps3 = f64::NAN),
+        ("limits.max_steer_rate", |p| p.limits.max_steer_rate_rps = f64::INFINITY),
+    ];
+    for (name, change) in cases {
+        let (mut problem, _) = easy();
+        assert!(check_input(&problem).is_ok());
+        change(&mut problem);
+        let error = check_input(&problem).unwrap_err();
+        assert!(matches!(error, PlanError::Input { field, .. } if field == name), "{name}: {error}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever arcs the search may find, within limits of every kind: a plan that passes the last check.
+    #[test]
+    fn any_coarse_path_becomes_a_trajectory(
+        forward in any::<bool>(), yaw in -7.0..7.0_f64, x in -30.0..30.0_f64,
+        parts in prop::collection::vec(prop::collection::vec((-1.0..=1.0_f64, 0.002..3.0_f64), 1..5), 1..4),
+        speed in 0.2..3.0_f64, acceleration in 0.2..2.0_f64, jerk in 0.3..4.0_f64, steer_rate in 0.1..1.0_f64,
+        stop_after in prop::option::of(0..12_usize),
+    ) {
+        let full = full_lock();
+        let parts: Vec<Vec<(f64, f64)>> =
+            parts.iter().map(|arcs| arcs.iter().map(|(k, l)| (k * full, *l)).collect()).collect();
+        let parts: Vec<&[(f64, f64)]> = parts.iter().map(Vec::as_slice).collect();
+        let gear = if forward { Gear::Forward } else { Gear::Reverse };
+        let (mut problem, path) = manoeuvre(gear, PlanarPose::new(x, FRAC_PI_2, yaw), &parts);
+        problem.limits = Limits {
+            max_speed_forward_mps: speed,
+            max_speed_reverse_mps: 0.7 * speed,
+            max_acceleration_mps2: acceleration,
+            max_jerk_mps3: jerk,
+            max_steer_rate_rps: steer_rate,
+        };
+        let answers = stop_after.unwrap_or(usize::MAX);
+        let plan = refine(&problem, &path, &mut Patience { answers, steps: Vec::new() });
+        prop_assert!(plan.is_ok(), "{plan:?}");
+        let plan = plan.unwrap();
+        prop_assert_eq!(plan.measures.gear_changes, path.gear_changes());
+        prop_assert!(plan.stage == Stage::Timed || stop_after.is_some());
+    }
+}
