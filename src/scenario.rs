@@ -34,6 +34,7 @@
 //! A drive is a world (road, script, road users: all simulated once) and planners (manoeuvres, number of points); its messages are made one at a time while it is walked through.
 
 mod driver;
+pub mod load;
 mod map;
 mod planners;
 mod random;
@@ -135,7 +136,7 @@ impl Scenario {
             name: "road",
             seed,
             duration_ns,
-            map: Arc::new(map_message(&world.road)),
+            map: Arc::new(map_message(&world.road, false)),
             route: Arc::new(map::route(&world.road, header(-2 * SECOND_NS))),
             world,
             generative: planners::generative(),
@@ -192,8 +193,8 @@ impl Scenario {
         match topic {
             InputTopic::Map => Input::Map(self.map.clone()),
             InputTopic::Route => Input::Route(self.route.clone()),
-            InputTopic::Odometry => Input::Odometry(Arc::new(self.odometry(stamp_ns))),
-            InputTopic::Acceleration => Input::Acceleration(Arc::new(self.acceleration(stamp_ns))),
+            InputTopic::Odometry => Input::Odometry(Arc::new(odometry(&self.world, stamp_ns))),
+            InputTopic::Acceleration => Input::Acceleration(Arc::new(acceleration(&self.world, stamp_ns))),
             InputTopic::Objects => {
                 let mut random = Random::of(self.seed, NOISE_STREAM, stamp_ns as u64);
                 Input::Objects(Arc::new(self.world.objects(stamp_ns, header(stamp_ns), &mut random)))
@@ -207,36 +208,36 @@ impl Scenario {
             InputTopic::Backup => Input::Backup(Arc::new(self.world.candidates(&self.backup, &[], stamp_ns))),
         }
     }
-
-    fn odometry(&self, stamp_ns: i64) -> Odometry {
-        let ego = self.world.ego_at(stamp_ns);
-        let mut odometry = Odometry {
-            header: header(stamp_ns),
-            child_frame_id: "base_link".to_owned(),
-            ..Odometry::default()
-        };
-        odometry.pose.pose = self.world.road.pose(&ego_track(), ego.s_m);
-        odometry.pose.covariance = traffic::diagonal(1e-4);
-        odometry.twist.twist.linear.x = ego.speed_mps;
-        odometry.twist.twist.angular.z = ego.speed_mps * Road::track_curvature(&ego_track(), ego.s_m);
-        odometry.twist.covariance = traffic::diagonal(1e-4);
-        odometry
-    }
-
-    fn acceleration(&self, stamp_ns: i64) -> AccelWithCovarianceStamped {
-        let mut acceleration = AccelWithCovarianceStamped {
-            header: Header { stamp: time(stamp_ns), frame_id: "base_link".to_owned() },
-            ..AccelWithCovarianceStamped::default()
-        };
-        acceleration.accel.accel.linear.x = self.world.ego_at(stamp_ns).acceleration_mps2;
-        acceleration.accel.covariance = traffic::diagonal(1e-4);
-        acceleration
-    }
 }
 
-fn map_message(road: &Road) -> LaneletMapBin {
+/// Pose and velocity of the ego at a time from the start.
+fn odometry(world: &World, stamp_ns: i64) -> Odometry {
+    let ego = world.ego_at(stamp_ns);
+    let mut odometry =
+        Odometry { header: header(stamp_ns), child_frame_id: "base_link".to_owned(), ..Odometry::default() };
+    odometry.pose.pose = world.road.pose(&ego_track(), ego.s_m);
+    odometry.pose.covariance = traffic::diagonal(1e-4);
+    odometry.twist.twist.linear.x = ego.speed_mps;
+    odometry.twist.twist.angular.z = ego.speed_mps * Road::track_curvature(&ego_track(), ego.s_m);
+    odometry.twist.covariance = traffic::diagonal(1e-4);
+    odometry
+}
+
+/// Acceleration of the ego at a time from the start.
+fn acceleration(world: &World, stamp_ns: i64) -> AccelWithCovarianceStamped {
+    let mut acceleration = AccelWithCovarianceStamped {
+        header: Header { stamp: time(stamp_ns), frame_id: "base_link".to_owned() },
+        ..AccelWithCovarianceStamped::default()
+    };
+    acceleration.accel.accel.linear.x = world.ego_at(stamp_ns).acceleration_mps2;
+    acceleration.accel.covariance = traffic::diagonal(1e-4);
+    acceleration
+}
+
+fn map_message(road: &Road, with_crossing: bool) -> LaneletMapBin {
     // Cannot fail: the elements are fixed, and the tests build the very same map.
-    let map = map::build(road).expect("the generated map has unique ids and names only what it has");
+    let map =
+        map::build(road, with_crossing).expect("the generated map has unique ids and names only what it has");
     LaneletMapBin {
         header: header(-12 * SECOND_NS),
         version_map_format: String::new(),

@@ -21,6 +21,11 @@ pub(crate) const LIGHT_STOP_LINE_S_M: f64 = 130.0;
 /// Id of the traffic light, as the signals name it.
 pub(crate) const LIGHT_RULE: i64 = 500;
 
+/// Middle of the street that crosses, where there is one.
+pub(crate) const CROSSING_S_M: f64 = 150.0;
+/// How far it reaches to both sides.
+const CROSSING_REACH_M: f64 = 80.0;
+
 const LANELETS: i64 = 18;
 const LANELET_LENGTH_M: f64 = 25.0;
 const POINT_DISTANCE_M: f64 = 5.0;
@@ -51,6 +56,8 @@ const ONCOMING_STOP_LINE: i64 = 1503;
 const LIGHT_STOP_LINE: i64 = 1510;
 const LIGHT: i64 = 1511;
 const LIGHT_BULBS: i64 = 1512;
+const CROSSING: i64 = 600;
+const CROSSING_BOUND: i64 = 1600;
 const FIRST_POINT: i64 = 10_000;
 
 const ROAD_ATTRIBUTES: &[(&str, &str)] = &[
@@ -180,6 +187,19 @@ impl Draft<'_> {
         self.rule(LIGHT_RULE, &members, "traffic_light", &[FORWARD + LIGHT_AT])
     }
 
+    /// A street with one lane to each side that crosses the road at a right angle.
+    fn crossing(&mut self) -> Result<(), MapError> {
+        let reach_m = CROSSING_REACH_M;
+        for (line, side) in (CROSSING_BOUND..).zip([-1.0, 0.0, 1.0]) {
+            let s_m = CROSSING_S_M + side * LANE_WIDTH_M;
+            self.line(line, [(s_m, -reach_m), (s_m, reach_m)], &[("type", "line_thin")])?;
+        }
+        // To the left of the road on the far side, to the right on the near side.
+        self.builder.lanelet(CROSSING, CROSSING_BOUND + 1, CROSSING_BOUND + 2, ROAD_ATTRIBUTES)?;
+        let [left, right] = [CROSSING_BOUND + 1, CROSSING_BOUND].map(Bound::inverted);
+        self.builder.lanelet(CROSSING + 1, left, right, ROAD_ATTRIBUTES)
+    }
+
     fn rule(
         &mut self,
         id: i64,
@@ -197,11 +217,14 @@ impl Draft<'_> {
 ///
 /// # Errors
 /// None that can happen: the ids above are unique, and every element is added before it is named.
-pub(crate) fn build(road: &Road) -> Result<Map, MapError> {
+pub(crate) fn build(road: &Road, with_crossing: bool) -> Result<Map, MapError> {
     let mut draft = Draft { road, builder: MapBuilder::new(), next_point: FIRST_POINT };
     draft.lanes()?;
     draft.crosswalk()?;
     draft.traffic_light()?;
+    if with_crossing {
+        draft.crossing()?;
+    }
     draft.builder.build()
 }
 

@@ -30,12 +30,12 @@ pub(crate) struct Manoeuvre {
 }
 
 impl Manoeuvre {
-    fn keep_lane(speed_mps: f64) -> Self {
+    pub(crate) fn keep_lane(speed_mps: f64) -> Self {
         let driver = Driver::cruising(speed_mps);
         Self { driver, heeds_rules: true, heeds_vehicles: true, swerve_m: 0.0 }
     }
 
-    fn stop(deceleration_mps2: f64) -> Self {
+    pub(crate) fn stop(deceleration_mps2: f64) -> Self {
         let driver = Driver {
             goal: Goal::Stop(deceleration_mps2),
             acceleration_mps2: USUAL_ACCELERATION_MPS2,
@@ -68,7 +68,7 @@ pub(crate) struct Planner {
     /// Its identity.
     pub(crate) id: Uuid,
     /// Its name.
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// Points of each candidate.
     pub(crate) points: usize,
     /// One candidate for each.
@@ -91,7 +91,7 @@ pub(crate) fn generative() -> Vec<Planner> {
     ];
     vec![Planner {
         id: Uuid { uuid: *b"generated planA0" },
-        name: "DiffusionPlanner_0",
+        name: "DiffusionPlanner_0".to_owned(),
         points: 80,
         manoeuvres: samples,
     }]
@@ -99,9 +99,9 @@ pub(crate) fn generative() -> Vec<Planner> {
 
 /// The rule-based planners: one goes on, one stops.
 pub(crate) fn backup() -> Vec<Planner> {
-    let planner = |id, name, manoeuvre| Planner {
+    let planner = |id, name: &str, manoeuvre| Planner {
         id: Uuid { uuid: id },
-        name,
+        name: name.to_owned(),
         points: 60,
         manoeuvres: vec![manoeuvre],
     };
@@ -183,7 +183,7 @@ impl World {
         for planner in planners {
             message.generator_info.push(GeneratorInfo {
                 generator_id: planner.id,
-                generator_name: Text { data: planner.name.to_owned() },
+                generator_name: Text { data: planner.name.clone() },
             });
             for (sample, manoeuvre) in planner.manoeuvres.iter().enumerate() {
                 let fault = fault_of(faults, sample, stamp_ns);

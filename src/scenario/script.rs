@@ -27,6 +27,11 @@ impl Script {
         Self { crossing_at_s: STEPS_ON_ROAD_AT_S + hesitation_s }
     }
 
+    /// Nobody crosses, and the light is green: the first seconds of the script for ever.
+    pub(crate) fn without_pedestrian() -> Self {
+        Self { crossing_at_s: f64::INFINITY }
+    }
+
     /// Colour of the light, one of the constants of `TrafficLightElement`.
     pub(crate) fn light(self, t_ns: i64) -> u8 {
         match t_ns as f64 * 1e-9 {

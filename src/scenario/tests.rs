@@ -89,7 +89,7 @@ fn the_map_comes_back_from_its_archive_with_its_rules() {
     let Input::Map(message) = &DRIVE[0].input else { panic!("the map comes first") };
     assert_eq!(message.header.frame_id, "map");
     let map = archive::decode(&message.data).unwrap();
-    assert_eq!(map, map::build(&Road::new()).unwrap());
+    assert_eq!(map, map::build(&Road::new(), false).unwrap());
     let count = |subtype| map.lanelets().filter(|lanelet| lanelet.subtype() == Some(subtype)).count();
     assert_eq!((count("road"), count("crosswalk")), (36, 1));
     let borders = map.line_strings().filter(|line| line.attribute("type") == Some("road_border"));

@@ -47,7 +47,7 @@ pub(crate) enum Behaviour {
 #[derive(Debug, Clone)]
 pub(crate) struct RoadUser {
     /// Number that makes the object id.
-    pub(crate) number: u8,
+    pub(crate) number: u32,
     /// One of the constants of `ObjectClassification`.
     pub(crate) label: u8,
     /// Extent along the direction of travel; the diameter of a pedestrian.
@@ -65,7 +65,14 @@ pub(crate) struct RoadUser {
 }
 
 impl RoadUser {
-    fn new(number: u8, label: u8, size_m: [f64; 3], track: Track, s_m: f64, behaviour: Behaviour) -> Self {
+    pub(crate) fn new(
+        number: u32,
+        label: u8,
+        size_m: [f64; 3],
+        track: Track,
+        s_m: f64,
+        behaviour: Behaviour,
+    ) -> Self {
         let [length_m, width_m, height_m] = size_m;
         let speed_mps = if let Behaviour::Drives { cruising_mps } = behaviour { cruising_mps } else { 0.0 };
         let start = Motion { s_m, speed_mps, acceleration_mps2: 0.0 };
@@ -73,9 +80,48 @@ impl RoadUser {
     }
 
     fn id(&self) -> Uuid {
-        let mut uuid = *b"road user      \0";
-        uuid[15] = self.number;
+        let mut uuid = *b"road user   \0\0\0\0";
+        uuid[12..].copy_from_slice(&self.number.to_be_bytes());
         Uuid { uuid }
+    }
+
+    /// This road user as perception reports it: where its first predicted path begins, off by `noise_m`.
+    pub(crate) fn perceived(
+        &self,
+        speed_mps: f64,
+        yaw_rate_rps: f64,
+        mut paths: Vec<PredictedPath>,
+        noise_m: [f64; 2],
+    ) -> PredictedObject {
+        for pose in paths.iter_mut().flat_map(|path| &mut path.path) {
+            pose.position.x += noise_m[0];
+            pose.position.y += noise_m[1];
+            pose.position.z += self.height_m / 2.0;
+        }
+        let mut kinematics = PredictedObjectKinematics::default();
+        kinematics.initial_pose_with_covariance.pose = paths[0].path[0];
+        kinematics.initial_pose_with_covariance.covariance = diagonal(POSITION_VARIANCE);
+        kinematics.initial_twist_with_covariance.twist.linear.x = speed_mps;
+        kinematics.initial_twist_with_covariance.twist.angular.z = yaw_rate_rps;
+        kinematics.initial_twist_with_covariance.covariance = diagonal(SPEED_VARIANCE);
+        kinematics.predicted_paths = paths;
+        PredictedObject {
+            object_id: self.id(),
+            existence_probability: 0.95,
+            classification: vec![
+                ObjectClassification { label: self.label, probability: 0.9 },
+                ObjectClassification { label: ObjectClassification::UNKNOWN, probability: 0.1 },
+            ],
+            kinematics,
+            shape: Shape {
+                r#type: match self.label {
+                    ObjectClassification::PEDESTRIAN => Shape::CYLINDER,
+                    _ => Shape::BOUNDING_BOX,
+                },
+                dimensions: Vector3 { x: self.length_m, y: self.width_m, z: self.height_m },
+                ..Shape::default()
+            },
+        }
     }
 }
 
@@ -129,42 +175,15 @@ impl World {
         if !(0.0..=ROAD_LENGTH_M).contains(&motion.s_m) {
             return None;
         }
-        let (speed_mps, mut paths) = match it.behaviour {
+        let (speed_mps, paths) = match it.behaviour {
             Behaviour::Drives { .. } => (motion.speed_mps, self.driving_paths(it, &motion)),
             Behaviour::Parked => (0.0, vec![self.driven_path(&it.track, &motion, 0.0, 1.0)]),
             Behaviour::Crosses => self.walking_paths(t_ns),
         };
-        for pose in paths.iter_mut().flat_map(|path| &mut path.path) {
-            pose.position.x += noise_m[0];
-            pose.position.y += noise_m[1];
-            pose.position.z += it.height_m / 2.0;
-        }
         let yaw_rate_rps = speed_mps * Road::track_curvature(&it.track, motion.s_m);
-        let mut kinematics = PredictedObjectKinematics::default();
-        kinematics.initial_pose_with_covariance.pose = paths[0].path[0];
-        kinematics.initial_pose_with_covariance.covariance = diagonal(POSITION_VARIANCE);
-        kinematics.initial_twist_with_covariance.twist.linear.x = speed_mps * speed_noise;
-        kinematics.initial_twist_with_covariance.twist.angular.z = yaw_rate_rps;
-        kinematics.initial_twist_with_covariance.covariance = diagonal(SPEED_VARIANCE);
-        kinematics.initial_acceleration_with_covariance.accel.linear.x = motion.acceleration_mps2;
-        kinematics.predicted_paths = paths;
-        Some(PredictedObject {
-            object_id: it.id(),
-            existence_probability: 0.95,
-            classification: vec![
-                ObjectClassification { label: it.label, probability: 0.9 },
-                ObjectClassification { label: ObjectClassification::UNKNOWN, probability: 0.1 },
-            ],
-            kinematics,
-            shape: Shape {
-                r#type: match it.label {
-                    ObjectClassification::PEDESTRIAN => Shape::CYLINDER,
-                    _ => Shape::BOUNDING_BOX,
-                },
-                dimensions: Vector3 { x: it.length_m, y: it.width_m, z: it.height_m },
-                ..Shape::default()
-            },
-        })
+        let mut object = it.perceived(speed_mps * speed_noise, yaw_rate_rps, paths, noise_m);
+        object.kinematics.initial_acceleration_with_covariance.accel.linear.x = motion.acceleration_mps2;
+        Some(object)
     }
 
     /// Goes on, brakes, or (cars ahead) makes room to the right.
@@ -181,7 +200,7 @@ impl World {
     }
 
     /// Along a track with a constant acceleration until it stands.
-    fn driven_path(
+    pub(crate) fn driven_path(
         &self,
         track: &Track,
         motion: &Motion,
@@ -230,7 +249,8 @@ impl World {
     }
 }
 
-fn predicted_path(path: Vec<Pose>, confidence: f32) -> PredictedPath {
+/// A path of poses [`PREDICTION_STEP_S`] apart.
+pub(crate) fn predicted_path(path: Vec<Pose>, confidence: f32) -> PredictedPath {
     PredictedPath { path, time_step: Duration::from_nanoseconds(PREDICTION_STEP_NS), confidence }
 }
 
