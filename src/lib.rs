@@ -1,5 +1,6 @@
 //! The program behind `trajectory-selector`: its commands and its doors to the world.
 
+pub mod allocations;
 pub mod bag;
 pub mod commands;
 pub mod drive;
