@@ -120,6 +120,7 @@ fn measure(threads: usize) -> Vec<Sample> {
         threads,
         fallback_period_ms: 150,
         duration_time_s: 0.2,
+        cycle_budget: None,
         vehicle,
         pipeline: Pipeline::new(
             Validator::new(parameters, &vehicle).unwrap(),

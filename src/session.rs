@@ -177,6 +177,11 @@ impl Session {
             vehicle,
             pipeline: Pipeline::new(validator, ranker),
             interface: self.interface,
+            // A replay at full speed gives the same bytes on every machine, however slow.
+            cycle_budget: match self.rate {
+                Rate::Max => None,
+                Rate::Times(_) => Some(settings.selector.cycle_budget()),
+            },
             published_times: match self.rate {
                 Rate::Max => PublishedTimes::Zero,
                 Rate::Times(_) => PublishedTimes::Measured,

@@ -17,6 +17,7 @@ const EXPECTED: &[(&str, &[(&str, &str)])] = &[
         &[
             ("use_sim_time", "false"),
             ("fallback_period_ms", "150"),
+            ("cycle_budget_ms", "100"),
             ("generator_name_prefixes", PREFIXES),
             ("autoware_interface*", "\"0.53\""),
             ("duration_time", "0.2"),

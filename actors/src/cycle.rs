@@ -40,6 +40,8 @@ pub struct Cycle {
     pub trigger: Trigger,
     /// When the trigger arrived, for latencies.
     pub arrived: Instant,
+    /// From then on no further candidate is judged. `None`: the cycle takes the time that it takes.
+    pub deadline: Option<Instant>,
     /// Time spent on collecting candidates and scene.
     pub snapshot: Duration,
     /// The world.
@@ -105,6 +107,14 @@ pub struct Judged {
     pub remember: Duration,
     /// Time spent on the messages of the selected trajectory.
     pub adapt: Duration,
+}
+
+impl Judged {
+    /// Candidates whose turn did not come within the cycle's budget.
+    #[must_use]
+    pub fn not_judged(&self) -> usize {
+        self.verdicts.iter().filter(|verdict| !verdict.is_judged()).count()
+    }
 }
 
 impl From<Step> for Judged {

@@ -200,6 +200,13 @@ impl Publisher {
     }
 
     fn log_rejections(&mut self, judged: &Judged) {
+        let not_judged = judged.not_judged();
+        if not_judged > 0 && self.throttle.allows(self.now, 1000, "cycle", "cut") {
+            let all = judged.verdicts.len();
+            warn!(
+                "The cycle was cut at its deadline: {not_judged} of {all} candidates are not judged and not published"
+            );
+        }
         for filter in &judged.filters {
             if let Some(reason) = &filter.first_reason
                 && self.throttle.allows(self.now, 1000, filter.name, reason)

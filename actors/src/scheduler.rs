@@ -24,7 +24,7 @@ use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::ranker::GeneratorSource;
 use selection::{Concatenated, Scene};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use tracing::{error, info};
 
@@ -50,6 +50,8 @@ pub(crate) struct Scheduler {
     changed: Option<Box<Parameters>>,
     /// Set when no further cycle is to start.
     finished: bool,
+    /// Time that a cycle has.
+    budget: Option<Duration>,
     cycles: u64,
     coalesced: u64,
     waiting: Vec<Sender<SchedulerState>>,
@@ -62,6 +64,8 @@ pub struct Parameters {
     pub fallback_period_ms: i64,
     /// Age beyond which a candidate is dropped.
     pub duration_time_s: f64,
+    /// Time after its start at which a cycle judges no further candidate. `None`: it judges all of them.
+    pub cycle_budget: Option<Duration>,
     /// The filters'.
     pub validator: ValidatorParameters,
     /// The ranker's.
@@ -82,7 +86,7 @@ pub struct SchedulerState {
 }
 
 impl Scheduler {
-    pub(crate) fn new(clock: Clock, fallback_period_ms: i64) -> Self {
+    pub(crate) fn new(clock: Clock, fallback_period_ms: i64, budget: Option<Duration>) -> Self {
         let timer = FallbackTimer::new(clock.now(), fallback_period_ms);
         info!("New concatenate_and_validate timer callback created with period {fallback_period_ms}.");
         let deadline = watch::Sender::new(timer.deadline());
@@ -95,6 +99,7 @@ impl Scheduler {
             pending: None,
             changed: None,
             finished: false,
+            budget,
             cycles: 0,
             coalesced: 0,
             waiting: Vec::new(),
@@ -132,6 +137,7 @@ impl Scheduler {
         self.cycles += 1;
         let (number, now, started) = (self.cycles, self.clock.now(), Instant::now());
         let Triggered { trigger, arrived } = *triggered;
+        let deadline = self.budget.map(|budget| started + budget);
         // Candidates first: the scene is then at least as new as they are.
         let fresh = stages.buffer.send(TakeFresh(now));
         let scene = stages.sensors.send(TakeSnapshot(now));
@@ -141,7 +147,7 @@ impl Scheduler {
             match inputs {
                 Ok((concatenated, scene)) => {
                     let snapshot = started.elapsed();
-                    let cycle = Cycle { number, trigger, arrived, snapshot, scene, concatenated };
+                    let cycle = Cycle { number, trigger, arrived, deadline, snapshot, scene, concatenated };
                     scheduler.hand_over(cycle);
                 }
                 Err(gone) => {
@@ -181,7 +187,9 @@ impl Scheduler {
 
     /// Between two cycles, so that each is judged by one set of parameters.
     fn configure(&mut self, parameters: Parameters) {
-        let Parameters { fallback_period_ms, duration_time_s, validator, ranker, sources } = parameters;
+        let Parameters { fallback_period_ms, duration_time_s, cycle_budget, validator, ranker, sources } =
+            parameters;
+        self.budget = cycle_budget;
         self.set_fallback_period(fallback_period_ms);
         if let Some(stages) = &self.stages {
             stages.buffer.do_send(SetDurationTime(duration_time_s));

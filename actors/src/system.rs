@@ -29,7 +29,7 @@ use selection::ranker::GeneratorSource;
 use selection::{Pipeline, Scene};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What the actors start with.
 #[derive(Debug)]
@@ -42,6 +42,9 @@ pub struct Config {
     pub fallback_period_ms: i64,
     /// Age beyond which a candidate is dropped.
     pub duration_time_s: f64,
+    /// Time after its start at which a cycle judges no further candidate. `None`: it judges all of them, however long
+    /// that takes; only so do the outputs not depend on the speed of the machine.
+    pub cycle_budget: Option<Duration>,
     /// The own vehicle.
     pub vehicle: VehicleInfo,
     /// Filters and ranker.
@@ -301,7 +304,8 @@ fn wire(parts: Parts) -> Actors {
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
     let clock = config.clock.clone();
     let sensors = Sensors::new(scene, slots, tally, clock, decoder, publisher.clone()).start();
-    let scheduler = Scheduler::new(config.clock.clone(), config.fallback_period_ms).start();
+    let scheduler =
+        Scheduler::new(config.clock.clone(), config.fallback_period_ms, config.cycle_budget).start();
     let buffer = Buffer::new(config.duration_time_s, scheduler.clone()).start();
     publisher.do_send(Report(scheduler.clone()));
     scheduler.do_send(Wire(Stages {

@@ -3,29 +3,34 @@
 //! The arbiter thread never waits for judging: the pipeline goes out to the pool with the cycle and comes back with the
 //! report. Few candidates are judged inline, because waking a pool costs more than they do. Changed parameters take
 //! effect between two cycles.
+//!
+//! A cycle with a deadline is cut, not late: candidates whose turn has not come by then are not judged and so not
+//! published; the newest are judged first. Such a cycle never runs inline, and should a filter not come back at all, the
+//! cycle is given up after [`GRACE`]: it publishes nothing, then or ever.
 
 use crate::cycle::{Cycle, CycleReport, Outcome};
 use crate::publisher::{PublishCycle, Publisher};
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message};
 use rayon::ThreadPool;
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-use rayon::slice::ParallelSlice;
 use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::pipeline::{JudgeAll, judge_in_order};
 use selection::ranker::GeneratorSource;
 use selection::{Candidate, Pipeline, Scene, Scratch, Validator, Verdict};
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Instant;
-use tracing::error;
+use std::time::{Duration, Instant};
+use tracing::{error, warn};
 
 /// Up to this many candidates are judged on the arbiter thread. Waking the pool after 100 ms of sleep costs about as
 /// much as judging eight candidates.
 const INLINE_CANDIDATES: usize = 8;
-/// Candidates per piece of work on the pool: large enough to hide the cost of stealing, small enough to spread 64
-/// candidates over the cores.
-const CHUNK: usize = 8;
+/// A cycle that has not come back so long after its deadline is given up. Longer than any candidate takes to judge.
+const GRACE: Duration = Duration::from_millis(50);
+
+/// Why a cycle was given up.
+const NEVER_CAME_BACK: &str = "the validation did not come back within its budget; nothing is published";
 
 thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
@@ -40,6 +45,8 @@ pub(crate) struct Validation {
     pipeline: Option<Box<Pipeline>>,
     /// Parameters that arrived while the pipeline was away.
     changed: Changes,
+    /// The cycle that is being judged on the pool and not given up.
+    awaited: Option<u64>,
 }
 
 /// Parameters that wait for the end of a cycle.
@@ -62,7 +69,13 @@ impl Changes {
 
 impl Validation {
     pub(crate) fn new(pipeline: Pipeline, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
-        Self { pool, publisher, pipeline: Some(Box::new(pipeline)), changed: Changes::default() }
+        Self {
+            pool,
+            publisher,
+            pipeline: Some(Box::new(pipeline)),
+            changed: Changes::default(),
+            awaited: None,
+        }
     }
 
     /// Changes the parameters, now or when the pipeline is back.
@@ -73,10 +86,26 @@ impl Validation {
         }
     }
 
-    fn take_back(&mut self, mut pipeline: Box<Pipeline>, report: CycleReport) {
+    fn take_back(&mut self, mut pipeline: Box<Pipeline>) {
         std::mem::take(&mut self.changed).apply(&mut pipeline);
         self.pipeline = Some(pipeline);
+    }
+
+    fn publish(&self, report: CycleReport) {
         self.publisher.do_send(PublishCycle(Box::new(report)));
+    }
+
+    /// Ends the cycle without a result if it is still being judged so long after its deadline.
+    fn give_up_late(&mut self, cycle: &Cycle, deadline: Instant, ctx: &mut Context<Self>) {
+        let number = cycle.number;
+        let late = CycleReport { cycle: cycle.clone(), outcome: Outcome::Failed(NEVER_CAME_BACK.to_owned()) };
+        let wait = deadline.saturating_duration_since(Instant::now()) + GRACE;
+        ctx.run_later(wait, move |validation, _| {
+            if validation.awaited == Some(number) {
+                validation.awaited = None;
+                validation.publish(late);
+            }
+        });
     }
 }
 
@@ -98,23 +127,30 @@ impl Handler<Cycle> for Validation {
             cycle.scene.missing_input().map(Outcome::MissingInput)
         };
         if let Some(outcome) = outcome {
-            self.publisher.do_send(PublishCycle(Box::new(CycleReport { cycle, outcome })));
+            self.publish(CycleReport { cycle, outcome });
             return;
         }
         let Some(mut pipeline) = self.pipeline.take() else {
-            // The scheduler runs one cycle at a time, so this is a defect; the cycle must end all the same.
-            let outcome = Outcome::Failed("the previous cycle is still being judged".to_owned());
-            self.publisher.do_send(PublishCycle(Box::new(CycleReport { cycle, outcome })));
+            // A filter has not come back from a cycle that was given up; this one must end all the same.
+            let outcome = Outcome::Failed("an earlier cycle is still being judged".to_owned());
+            self.publish(CycleReport { cycle, outcome });
             return;
         };
-        if cycle.concatenated.candidates.len() <= INLINE_CANDIDATES {
+        if let Some(deadline) = cycle.deadline {
+            self.give_up_late(&cycle, deadline, ctx);
+        } else if cycle.concatenated.candidates.len() <= INLINE_CANDIDATES {
             let report = run_cycle(&mut pipeline, cycle, &judge_inline);
-            self.take_back(pipeline, report);
+            self.take_back(pipeline);
+            self.publish(report);
             return;
         }
+        self.awaited = Some(cycle.number);
         let me = ctx.address();
         self.pool.spawn(move || {
-            let report = run_cycle(&mut pipeline, cycle, &judge_in_parallel);
+            let deadline = cycle.deadline;
+            let report = run_cycle(&mut pipeline, cycle, &|validator, scene, candidates| {
+                judge_in_parallel(validator, scene, candidates, deadline)
+            });
             me.do_send(CycleJudged { pipeline, report });
         });
     }
@@ -135,7 +171,13 @@ impl Handler<CycleJudged> for Validation {
     type Result = ();
 
     fn handle(&mut self, judged: CycleJudged, _: &mut Self::Context) {
-        self.take_back(judged.pipeline, judged.report);
+        self.take_back(judged.pipeline);
+        let number = judged.report.cycle.number;
+        if self.awaited.take_if(|awaited| *awaited == number).is_some() {
+            self.publish(judged.report);
+        } else {
+            warn!("cycle {number} came back after it was given up; its result is dropped");
+        }
     }
 }
 
@@ -191,26 +233,62 @@ fn judge_inline(validator: &Validator, scene: &Scene, candidates: &[Candidate]) 
     SCRATCH.with_borrow_mut(|scratch| judge_in_order(validator, scene, candidates, scratch, monotonic_ns))
 }
 
-/// Chunks may finish in any order; the verdicts are collected in the order of the candidates.
+/// What one thread did of a cycle.
+#[derive(Debug, Default)]
+struct Share {
+    /// Verdicts with the place of their candidate.
+    verdicts: Vec<(usize, Verdict)>,
+    times_ns: Vec<u64>,
+}
+
+/// All threads take candidates from one queue until it is empty or the deadline has come; taking one costs little beside
+/// judging it. The verdicts are collected in the order of the candidates.
 fn judge_in_parallel(
     validator: &Validator,
     scene: &Scene,
     candidates: &[Candidate],
+    deadline: Option<Instant>,
 ) -> (Vec<Verdict>, Vec<u64>) {
-    let mut chunks = Vec::new();
-    candidates
-        .par_chunks(CHUNK)
-        .map(|chunk| judge_inline(validator, scene, chunk))
-        .collect_into_vec(&mut chunks);
+    let (order, next) = (urgent_first(candidates, deadline), AtomicUsize::new(0));
+    let shares: Vec<Share> = rayon::broadcast(|_| {
+        let mut share = Share { verdicts: Vec::new(), times_ns: vec![0; validator.filters().len()] };
+        SCRATCH.with_borrow_mut(|scratch| {
+            // Asked before a candidate is taken: what is judged are then the first ones of the order, without a gap.
+            while deadline.is_none_or(|deadline| Instant::now() < deadline) {
+                let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+                let (candidate, times_ns) = (&candidates[index], &mut share.times_ns);
+                let verdict = validator.judge(scene, candidate, scratch, monotonic_ns, times_ns);
+                share.verdicts.push((index, verdict));
+            }
+        });
+        share
+    });
+    let mut verdicts: Vec<Option<Verdict>> = candidates.iter().map(|_| None).collect();
     let mut times_ns = vec![0; validator.filters().len()];
-    let mut verdicts = Vec::with_capacity(candidates.len());
-    for (chunk_verdicts, chunk_times) in chunks {
-        verdicts.extend(chunk_verdicts);
-        for (total, time) in times_ns.iter_mut().zip(chunk_times) {
+    for share in shares {
+        for (index, verdict) in share.verdicts {
+            verdicts[index] = Some(verdict);
+        }
+        for (total, time) in times_ns.iter_mut().zip(share.times_ns) {
             *total += time;
         }
     }
-    (verdicts, times_ns)
+    let judged = verdicts.into_iter().zip(candidates);
+    (
+        judged
+            .map(|(verdict, candidate)| verdict.unwrap_or_else(|| Verdict::out_of_time(candidate.key)))
+            .collect(),
+        times_ns,
+    )
+}
+
+/// The order in which candidates are judged: as they are, or the newest first where some may be left out.
+fn urgent_first(candidates: &[Candidate], deadline: Option<Instant>) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    if deadline.is_some() {
+        order.sort_by_key(|index| std::cmp::Reverse(candidates[*index].message.header.stamp.nanoseconds()));
+    }
+    order
 }
 
 /// Nanoseconds since the first call.

@@ -96,6 +96,7 @@ fn start(validator: Validator) -> Node {
         threads: 1,
         fallback_period_ms: 150,
         duration_time_s: 1.0,
+        cycle_budget: None,
         vehicle: VehicleInfo::default(),
         pipeline: Pipeline::new(validator, ranker),
         interface: Interface::V0_53,
@@ -323,6 +324,7 @@ fn parameters_change_together_between_two_cycles() {
     let mut parameters = Parameters {
         fallback_period_ms: 150,
         duration_time_s: 0.3,
+        cycle_budget: None,
         ranker: RankerParameters::default(),
         sources: GeneratorSource::table(&["DiffusionPlanner_"]),
         validator: ValidatorParameters {

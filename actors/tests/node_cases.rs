@@ -85,6 +85,7 @@ impl Node {
             threads,
             fallback_period_ms: 150,
             duration_time_s: 1.0,
+            cycle_budget: None,
             vehicle: VehicleInfo::default(),
             pipeline: Pipeline::new(validator, ranker),
             interface: Interface::V0_53,

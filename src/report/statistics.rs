@@ -79,6 +79,10 @@ pub struct Statistics {
     /// How many times a generator's candidate was the one to drive, by generator name; every generator is listed that
     /// had a candidate judged.
     pub selected: BTreeMap<String, u64>,
+    /// Cycles that ended at their deadline before every candidate was judged.
+    pub cut_by_deadline: u64,
+    /// Candidates whose turn did not come.
+    pub not_judged: u64,
     /// Rejections by enforced filter and metric.
     pub rejections: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     /// The same for shadow filters, which reject nothing.
@@ -109,6 +113,9 @@ impl Statistics {
     }
 
     fn add_judged(&mut self, report: &CycleReport, judged: &Judged) {
+        let not_judged = judged.not_judged() as u64;
+        self.not_judged += not_judged;
+        self.cut_by_deadline += u64::from(not_judged > 0);
         self.record("observe", judged.observe);
         self.record("judge", judged.judge);
         self.record("rank", judged.rank + judged.adapt);
@@ -125,6 +132,9 @@ impl Statistics {
         }
         for (candidate, verdict) in report.cycle.concatenated.candidates.iter().zip(&judged.verdicts) {
             self.selected.entry(candidate.generator_name.to_string()).or_default();
+            if !verdict.is_judged() {
+                continue;
+            }
             let tally = self.tally(&candidate.generator_name);
             tally.judged += 1;
             if verdict.accepted {

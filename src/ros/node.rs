@@ -140,6 +140,7 @@ impl Node {
             threads,
             fallback_period_ms: parameters.fallback_period_ms,
             duration_time_s: parameters.duration_time_s,
+            cycle_budget: parameters.cycle_budget,
             vehicle,
             pipeline: Pipeline::new(validator, ranker),
             interface,
@@ -375,6 +376,7 @@ fn parameters_of(settings: &Settings) -> Parameters {
     Parameters {
         fallback_period_ms: settings.selector.fallback_period_ms,
         duration_time_s: settings.concatenator.duration_time,
+        cycle_budget: Some(settings.selector.cycle_budget()),
         validator: settings.validator.clone(),
         ranker: settings.ranker.clone(),
         sources: settings.selector.sources(),

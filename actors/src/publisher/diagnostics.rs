@@ -20,6 +20,7 @@ pub(super) fn of_cycle(report: &CycleReport, tally: &Tally) -> DiagnosticArray {
         judged.filters.iter().for_each(|filter| add_filter(&mut values, filter));
         let accepted = judged.validated.candidate_trajectories.len();
         add(&mut values, "candidates.accepted", &accepted);
+        add(&mut values, "candidates.not_judged", &judged.not_judged());
     }
     add(&mut values, "candidates.input", &report.cycle.concatenated.candidates.len());
     add(&mut values, "candidates.stale", &report.cycle.concatenated.stale.len());

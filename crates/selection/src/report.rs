@@ -63,6 +63,11 @@ fn metric_reports(validator: &Validator, verdict: &Verdict) -> Vec<MetricReport>
     };
     let count = verdict.judgements.iter().map(|judgement| judgement.metrics.len() + 1).sum::<usize>();
     let mut reports = Vec::with_capacity(verdict.data_validity.metrics.len() + count);
+    if !verdict.is_judged() {
+        let risk = verdict.risk;
+        let not_judged = Metric { name: NOT_JUDGED, value: 1.0, threshold: f64::NAN, risk };
+        reports.push(own(&not_judged, data_validity::NAME, data_validity::CATEGORY));
+    }
     let validity = &verdict.data_validity.metrics;
     reports.extend(validity.iter().map(|metric| own(metric, data_validity::NAME, data_validity::CATEGORY)));
     for (loaded, judgement) in validator.filters().iter().zip(&verdict.judgements) {
@@ -98,6 +103,9 @@ pub fn planning_factors(validator: &Validator, scene: &Scene, verdicts: &[Verdic
     }
 }
 
+/// Name under which a candidate is reported whose turn did not come within the cycle's budget.
+pub const NOT_JUDGED: &str = "not_judged";
+
 /// What one filter did in a cycle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FilterSummary {
@@ -118,7 +126,8 @@ pub struct FilterSummary {
 /// What every filter did in a cycle, the data-validity check first.
 #[must_use]
 pub fn filter_summaries(validator: &Validator, verdicts: &[Verdict]) -> Vec<FilterSummary> {
-    let validity = verdicts.iter().map(|verdict| &verdict.data_validity);
+    let judged = verdicts.iter().filter(|verdict| verdict.is_judged());
+    let validity = judged.map(|verdict| &verdict.data_validity);
     let mut summaries = vec![summary(data_validity::NAME, Enforcement::Enforced, validity)];
     summaries.extend(validator.filters().iter().enumerate().map(|(index, loaded)| {
         let judgements = verdicts.iter().filter_map(|verdict| verdict.judgements.get(index));
@@ -148,6 +157,7 @@ pub fn rejection_names(judgement: &Judgement) -> impl Iterator<Item = &'static s
     let failure = match judgement.failure {
         Some(Failure::NotAssessed(_)) => Some("not_assessed"),
         Some(Failure::Panicked(_)) => Some("panic"),
+        Some(Failure::OutOfTime) => Some(NOT_JUDGED),
         None => None,
     };
     let rejected = !judgement.feasible;

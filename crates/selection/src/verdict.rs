@@ -119,6 +119,8 @@ pub enum Failure {
     NotAssessed(Cow<'static, str>),
     /// The filter panicked; the text is the panic's.
     Panicked(String),
+    /// The cycle's budget was used up before the candidate's turn came; no filter saw it.
+    OutOfTime,
 }
 
 impl fmt::Display for Failure {
@@ -126,6 +128,7 @@ impl fmt::Display for Failure {
         match self {
             Self::NotAssessed(why) => f.write_str(why),
             Self::Panicked(what) => write!(f, "panic: {what}"),
+            Self::OutOfTime => f.write_str("not judged: the budget of the cycle was used up"),
         }
     }
 }
@@ -187,7 +190,7 @@ impl Judgement {
     #[must_use]
     pub fn risk(&self) -> RiskLevel {
         match self.failure {
-            Some(Failure::NotAssessed(_)) => RiskLevel::Danger,
+            Some(Failure::NotAssessed(_) | Failure::OutOfTime) => RiskLevel::Danger,
             Some(Failure::Panicked(_)) => RiskLevel::Fatal,
             None => RiskLevel::worst(self.metrics.iter().map(|metric| metric.risk)),
         }
@@ -198,7 +201,9 @@ impl Judgement {
     pub fn reason(&self) -> Option<Cow<'_, str>> {
         match &self.failure {
             Some(Failure::NotAssessed(why)) => Some(Cow::Borrowed(why)),
-            Some(failure @ Failure::Panicked(_)) => Some(Cow::Owned(failure.to_string())),
+            Some(failure @ (Failure::Panicked(_) | Failure::OutOfTime)) => {
+                Some(Cow::Owned(failure.to_string()))
+            }
             None if self.feasible => None,
             None => Some(Cow::Borrowed("Found failed metrics")),
         }
@@ -251,9 +256,32 @@ pub struct Verdict {
     pub judgements: SmallVec<[Judgement; 6]>,
 }
 
+impl Verdict {
+    /// The candidate's turn did not come within the cycle's budget: it is not published.
+    #[must_use]
+    pub fn out_of_time(key: CandidateKey) -> Self {
+        let data_validity = Judgement { failure: Some(Failure::OutOfTime), ..Judgement::default() };
+        let (accepted, feasible, risk) = (false, false, data_validity.risk());
+        Self { key, accepted, feasible, risk, data_validity, judgements: SmallVec::new() }
+    }
+
+    /// Whether anybody looked at the candidate.
+    #[must_use]
+    pub fn is_judged(&self) -> bool {
+        self.data_validity.failure != Some(Failure::OutOfTime)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_candidate_whose_turn_did_not_come_is_neither_judged_nor_accepted() {
+        let verdict = Verdict::out_of_time(CandidateKey { generator: Uuid::default(), sample: 3 });
+        assert!(!verdict.accepted && !verdict.feasible && !verdict.is_judged());
+        assert_eq!(verdict.risk, RiskLevel::Danger);
+    }
 
     fn metric(risk: RiskLevel) -> Metric {
         Metric { name: "m", value: 0.0, threshold: f64::NAN, risk }
