@@ -66,6 +66,9 @@ struct CycleOnPage {
     /// Lights that changed, by rule.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     s: BTreeMap<i64, u8>,
+    /// Which of the candidates is to be driven.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pick: Option<usize>,
     /// Candidates in order.
     c: Vec<CandidateOnPage>,
 }
@@ -75,7 +78,7 @@ struct CycleOnPage {
 #[derive(Debug, Serialize)]
 struct ObjectOnPage(usize, u8, i64, i64, i64, Vec<i64>, Vec<(i64, Vec<i64>)>);
 
-/// `[generator, sample, state, path, judgements]`; state 0 rejected, 1 accepted, 2 accepted though a shadow filter
+/// `[generator, sample, state, path, judgements]`; state 0 rejected or not judged in time, 1 accepted, 2 accepted though a shadow filter
 /// objects.
 #[derive(Debug, Serialize)]
 struct CandidateOnPage(usize, u32, u8, usize, Vec<JudgementOnPage>);
@@ -137,6 +140,7 @@ impl Cycles {
             ego: ego(cycle, origin),
             o: self.objects(cycle, origin),
             s: self.changed_signals(cycle),
+            pick: chosen(&report.outcome),
             c: candidates,
         };
         self.cycles.push(record);
@@ -244,6 +248,13 @@ impl Cycles {
         self.signals.extend(&changed);
         changed
     }
+}
+
+/// Place of the candidate whose trajectory was put out.
+fn chosen(outcome: &Outcome) -> Option<usize> {
+    let Outcome::Judged(judged) = outcome else { return None };
+    let best = judged.ranking.best()?;
+    judged.selected.is_some().then_some(best.index)
 }
 
 fn as_code(number: usize) -> i64 {
