@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod demo;
+pub mod doctor;
 pub mod explain;
 pub mod failure;
 pub mod node;
@@ -54,6 +55,8 @@ pub enum Command {
     Check(CheckArguments),
     /// Tell why each candidate of one cycle of a drive was accepted or rejected.
     Explain(explain::ExplainArguments),
+    /// Look whether this host is fit to run the node: network, domain, buffers, clock, cores.
+    Doctor,
     /// Hold the filters against recorded scenes with known verdicts.
     Verify(VerifyArguments),
 }
@@ -68,6 +71,7 @@ impl Command {
             Self::Replay(_) => "replay",
             Self::Check(_) => "check",
             Self::Explain(_) => "explain",
+            Self::Doctor => "doctor",
             Self::Verify(_) => "verify",
         }
     }
@@ -163,6 +167,7 @@ pub fn main() -> u8 {
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
+        Command::Doctor => return answer_doctor(cli.json),
         Command::Verify(arguments) => return answer_verify(arguments, cli.json),
     };
     match answer {
@@ -230,6 +235,32 @@ fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
         vec![Failure::settings(format!("{problems} problems in {} files", report.files.len()))]
     };
     let common = Common::new("check", errors, Vec::new());
+    let exit_code = common.exit_code;
+    if json {
+        print_json_if(true, &Answer { common, report: &report });
+    } else {
+        print(&report.to_string());
+    }
+    exit_code
+}
+
+fn answer_doctor(json: bool) -> u8 {
+    let report = doctor::run(Path::new("/"), |name| std::env::var_os(name));
+    let told = |check: &doctor::Check| {
+        let advice = check.advice.as_deref().unwrap_or_default();
+        (format!("{}: {advice}", check.found), check.name)
+    };
+    let failure = |check| {
+        let (message, name) = told(check);
+        Failure::requirement(message).at(name)
+    };
+    let note = |check| {
+        let (message, name) = told(check);
+        Failure::note("host", message).at(name)
+    };
+    let errors = report.with(doctor::Status::Fail).map(failure).collect();
+    let warnings = report.with(doctor::Status::Warn).map(note).collect();
+    let common = Common::new("doctor", errors, warnings);
     let exit_code = common.exit_code;
     if json {
         print_json_if(true, &Answer { common, report: &report });
