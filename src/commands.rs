@@ -23,6 +23,7 @@ use crate::settings::{Settings, Source};
 use clap::{Args, Parser, Subcommand};
 use selector_actors::topics::NODE_NAME;
 use serde::Serialize;
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use tracing::level_filters::LevelFilter;
@@ -186,19 +187,26 @@ fn answer_failure(command: &'static str, failure: Failure, json: bool) -> u8 {
 
 fn answer_explain(arguments: &explain::ExplainArguments, json: bool) -> u8 {
     match explain::run(arguments) {
-        Ok(explanation) if json => {
-            print_json_if(
-                true,
-                &Answer { common: Common::new("explain", vec![], vec![]), report: &explanation },
-            );
-            0
-        }
-        Ok(explanation) => {
-            print(&explanation.to_string());
-            0
-        }
+        Ok(explanation) => answer_report("explain", Vec::new(), &explanation, json),
         Err(failure) => answer_failure("explain", failure, json),
     }
+}
+
+/// A report is the answer, whether the command is content with it or not.
+fn answer_report<R: Serialize + Display>(
+    command: &'static str,
+    errors: Vec<Failure>,
+    report: &R,
+    json: bool,
+) -> u8 {
+    let common = Common::new(command, errors, Vec::new());
+    let exit_code = common.exit_code;
+    if json {
+        print_json_if(true, &Answer { common, report });
+    } else {
+        print(&report.to_string());
+    }
+    exit_code
 }
 
 /// Help and version are answers, everything else is wrong usage.
@@ -234,14 +242,7 @@ fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
     } else {
         vec![Failure::settings(format!("{problems} problems in {} files", report.files.len()))]
     };
-    let common = Common::new("check", errors, Vec::new());
-    let exit_code = common.exit_code;
-    if json {
-        print_json_if(true, &Answer { common, report: &report });
-    } else {
-        print(&report.to_string());
-    }
-    exit_code
+    answer_report("check", errors, &report, json)
 }
 
 fn answer_doctor(json: bool) -> u8 {
@@ -281,14 +282,7 @@ fn answer_verify(arguments: VerifyArguments, json: bool) -> u8 {
         _ => vec![Failure::requirement("verdicts differ that are not listed as deviations".to_owned())],
     };
     errors.iter().for_each(tell);
-    let common = Common::new("verify", errors, Vec::new());
-    let exit_code = common.exit_code;
-    if json {
-        print_json_if(true, &Answer { common, report: &report });
-    } else {
-        print(&report.to_string());
-    }
-    exit_code
+    answer_report("verify", errors, &report, json)
 }
 
 /// The result of a command beside what every command says.

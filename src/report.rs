@@ -1,7 +1,9 @@
 //! What a person or a script looks at after a run.
 
 pub mod explanation;
+pub mod filter_pictures;
 pub mod page;
+pub mod picture;
 pub mod statistics;
 pub mod summary;
 pub mod table;

@@ -72,7 +72,7 @@ pub struct Session {
     pub output: Option<PathBuf>,
     /// Map from elsewhere than the drive.
     pub map: Option<Arc<Map>>,
-    /// Number of a cycle to keep for a closer look.
+    /// Number of a cycle to keep for a closer look; the session ends with it.
     pub watch: Option<u64>,
     /// Whether to gather the report page.
     pub page: bool,
@@ -238,7 +238,8 @@ fn play(player: &mut Player<'_>, recorder: &Recorder, events: impl Iterator<Item
             }
         });
         for event in receiver {
-            if player.stopped.is_some() {
+            // Nothing that comes after the watched cycle changes it.
+            if player.stopped.is_some() || recorder.lock().watched.is_some() {
                 break;
             }
             player.take(event, recorder);

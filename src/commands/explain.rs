@@ -1,8 +1,9 @@
-//! `explain`: why each candidate of one cycle was accepted or rejected.
+//! `explain`: why each candidate of one cycle was accepted or rejected, in words and as a picture.
 
 use super::{Failure, JudgeArguments};
 use crate::drive::{Drive, Remap};
-use crate::report::explanation::{self, Explanation};
+use crate::report::explanation::{self, ExplainedCandidate, Explanation};
+use crate::report::picture::{self, Subject};
 use crate::report::summary::Input;
 use crate::session::{Rate, Session, validator_of};
 use clap::Args;
@@ -21,6 +22,9 @@ pub struct ExplainArguments {
     /// Only candidates whose generator name or key begins like this.
     #[arg(long, value_name = "NAME")]
     pub candidate: Option<String>,
+    /// Draw the cycle, with the wanted candidate, else the worst one, looked at closely.
+    #[arg(long, value_name = "FILE.svg")]
+    pub picture: Option<PathBuf>,
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
@@ -32,11 +36,19 @@ pub struct ExplainArguments {
     pub map: Option<PathBuf>,
 }
 
-/// Runs the drive up to its end and explains one cycle of it.
+/// Runs the drive up to one cycle and explains that.
 ///
 /// # Errors
 /// The drive cannot be run, or has no such cycle, or the cycle judged nothing.
 pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
+    if let Some(path) =
+        arguments.picture.as_deref().filter(|path| path.extension().is_none_or(|end| end != "svg"))
+    {
+        let path = path.display();
+        return Err(Failure::usage(format!(
+            "{path}: pictures are written as SVG; give a name that ends in .svg"
+        )));
+    }
     let settings = arguments.judge.settings()?;
     let map = arguments.map.as_deref().map(super::replay::load_map).transpose()?;
     let drive = Drive::open(&arguments.drive, &arguments.remap, None, map.is_none())?;
@@ -75,10 +87,26 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         cycle.trigger.name(),
         cycle.scene.now,
     );
-    if let Some(wanted) = &arguments.candidate {
-        explanation
-            .candidates
-            .retain(|candidate| candidate.generator.starts_with(wanted) || candidate.key.starts_with(wanted));
+    let wanted = arguments.candidate.as_deref();
+    let is_wanted = |candidate: &ExplainedCandidate| {
+        wanted.is_none_or(|name| candidate.generator.starts_with(name) || candidate.key.starts_with(name))
+    };
+    if let Some(path) = &arguments.picture {
+        let named = wanted.and_then(|_| explanation.candidates.iter().position(is_wanted));
+        let accepted = explanation.candidates.iter().filter(|candidate| candidate.accepted).count();
+        let of = explanation.candidates.len();
+        let picture = picture::draw(&Subject {
+            title: &format!("Cycle {}: {accepted} of {of} candidates accepted", explanation.cycle),
+            scene: &cycle.scene,
+            candidates: &cycle.concatenated.candidates,
+            explanation: &explanation,
+            focus: named.unwrap_or_else(|| picture::worst(&explanation)),
+        });
+        std::fs::write(path, picture).map_err(|error| {
+            let path = path.display();
+            Failure::output(format!("{path}: the picture cannot be written: {error}")).at(path)
+        })?;
     }
+    explanation.candidates.retain(is_wanted);
     Ok(explanation)
 }

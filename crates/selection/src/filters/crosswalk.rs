@@ -287,10 +287,15 @@ impl Filter for CrosswalkFilter {
             return crate::verdict::explain(judgement);
         };
         let (stop_line, crosswalk) = (at.element_id?, at.regulatory_element_id?);
+        let line = format!("stop line {stop_line} of crosswalk {crosswalk}");
+        let where_and_when = if memo.distance_m < 0.0 {
+            format!("front bumper stands {:.1} m past {line}", -memo.distance_m)
+        } else {
+            format!("front bumper reaches {line} after {:.1} s, {:.1} m ahead", at.time_s, memo.distance_m)
+        };
         Some(format!(
-            "front bumper reaches stop line {stop_line} of crosswalk {crosswalk} after {:.1} s, {:.1} m ahead, but has \
-             to wait {:.1} s more for {}",
-            at.time_s, memo.distance_m, memo.remaining_s, at.object_id?
+            "{where_and_when}, but has to wait {:.1} s more for {}",
+            memo.remaining_s, at.object_id?
         ))
     }
 
