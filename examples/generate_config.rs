@@ -1,7 +1,7 @@
 //! Writes the configuration files, their schemas and the parameter tables from the parameter structs.
 use std::path::Path;
 
-use trajectory_selector::settings::generate::generated_files;
+use trajectory_selector::settings::generate::{generated_files, generated_tables};
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -12,6 +12,15 @@ fn main() -> std::io::Result<()> {
         }
         std::fs::write(&path, file.text)?;
         println!("{}", file.path);
+    }
+    for table in generated_tables() {
+        let path = root.join(&table.path);
+        let page = std::fs::read_to_string(&path)?;
+        let page = table.put_into(&page).ok_or_else(|| {
+            std::io::Error::other(format!("{}: the markers of the parameter table are missing", table.path))
+        })?;
+        std::fs::write(&path, page)?;
+        println!("{} (table)", table.path);
     }
     Ok(())
 }

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use selection::parameters::FilterClass;
 use trajectory_selector::commands::check;
-use trajectory_selector::settings::generate::generated_files;
+use trajectory_selector::settings::generate::{generated_files, generated_tables};
 use trajectory_selector::settings::{Component, DEFAULT_NODE_NAME, Settings, Source, Warning};
 
 const COMMAND: &str = "cargo run --example generate_config";
@@ -23,6 +23,24 @@ fn generated_files_are_up_to_date() {
         let on_disk = std::fs::read_to_string(root().join(&file.path))
             .unwrap_or_else(|error| panic!("{}: {error}; write it with `{COMMAND}`", file.path));
         assert!(on_disk == file.text, "{} differs from the program; write it with `{COMMAND}`", file.path);
+    }
+}
+
+#[test]
+fn parameter_tables_of_the_filter_pages_are_up_to_date() {
+    let tables = generated_tables();
+    assert_eq!(tables.len(), FilterClass::ALL.len());
+    for table in tables {
+        let page = std::fs::read_to_string(root().join(&table.path))
+            .unwrap_or_else(|error| panic!("{}: {error}; every filter has a page", table.path));
+        let fresh = table.put_into(&page).unwrap_or_else(|| panic!("{}: no place for the table", table.path));
+        assert!(
+            page == fresh,
+            "the parameters in {} differ from the program; write them with `{COMMAND}`",
+            table.path
+        );
+        assert!(table.table.lines().count() > 3, "{}: {}", table.path, table.table);
+        assert_eq!(table.put_into("a page without markers"), None);
     }
 }
 

@@ -56,6 +56,19 @@ impl FilterClass {
         }
     }
 
+    /// Group of its parameters: what their names begin with.
+    #[must_use]
+    pub const fn parameter_group(self) -> &'static str {
+        match self {
+            Self::CollisionCheck => "collision_check",
+            Self::Crosswalk => "crosswalk",
+            Self::OutOfLane => "out_of_lane",
+            Self::TrafficLight => "traffic_light",
+            Self::UncrossableBoundaryDeparture => "boundary_departure",
+            Self::VehicleConstraint => "vehicle_constraint",
+        }
+    }
+
     /// Category in reports: the part of the class name before `::`.
     #[must_use]
     pub const fn category(self) -> &'static str {
