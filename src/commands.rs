@@ -145,25 +145,26 @@ pub fn main() -> u8 {
         Ok(cli) => cli,
         Err(usage) => return answer_usage(&usage, wants_json),
     };
-    let default_level = match cli.command {
-        Command::Node(_) => LevelFilter::INFO,
-        _ => LevelFilter::ERROR,
-    };
-    // A second subscriber cannot be there: this runs once.
-    let _ = tracing_subscriber::fmt()
-        .with_max_level(cli.log_level.unwrap_or(default_level))
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .without_time()
-        .with_target(false)
-        .try_init();
+    if !matches!(cli.command, Command::Node(_)) {
+        // A second subscriber cannot be there: this runs once.
+        let _ = tracing_subscriber::fmt()
+            .with_max_level(cli.log_level.unwrap_or(LevelFilter::ERROR))
+            .with_writer(std::io::stderr)
+            .with_ansi(std::io::stderr().is_terminal())
+            .without_time()
+            .with_target(false)
+            .try_init();
+    }
     let name = cli.command.name();
     if ros.is_some() && !matches!(cli.command, Command::Node(_)) {
         let failure = Failure::usage(format!("error: `{name}` is no node; --ros-args is for `node`"));
         return answer_failure(name, failure, cli.json);
     }
     let answer = match cli.command {
-        Command::Node(arguments) => node::run(&arguments, &ros.unwrap_or_default()),
+        Command::Node(arguments) => {
+            let output = node::Output { json: cli.json, level: cli.log_level };
+            node::run(&arguments, &ros.unwrap_or_default(), &output)
+        }
         Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),

@@ -2,14 +2,17 @@
 
 use super::{Failure, summarise};
 use crate::report::summary::{Input, Received, RunResult, RunSummary};
-use crate::ros::arguments::RosArguments;
+use crate::ros::arguments::{LogLevel, RosArguments};
 use crate::ros::environment::{Discovery, Environment, ServiceMapping};
 use crate::ros::graph::GraphOptions;
+use crate::ros::logging::{Levels, RosLog, Severity, rosout_queue};
 use crate::ros::names::Names;
 use crate::ros::node::{Ended, Node, Start};
 use crate::ros::parameter_files;
 use crate::session;
 use clap::{Args, ValueEnum};
+use crossbeam_channel::Receiver;
+use messages::rcl_interfaces::Log;
 use selector_actors::topics::NODE_NAME;
 use selector_actors::{DropReason, InputTopic, Tally};
 use std::collections::BTreeMap;
@@ -17,7 +20,8 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
 use tokio::signal::unix::{Signal, SignalKind, signal};
-use tracing::{debug, info, warn};
+use tracing::level_filters::LevelFilter;
+use tracing::{Level, debug, info, warn};
 
 /// Receive buffer that the middleware asks for, bytes.
 const WANTED_RECEIVE_BUFFER: u64 = 8 << 20;
@@ -52,17 +56,23 @@ pub enum Mapping {
 ///
 /// # Errors
 /// It cannot be started; nothing was left running.
-pub fn run(arguments: &NodeArguments, ros: &RosArguments) -> Result<RunSummary, Failure> {
+pub fn run(arguments: &NodeArguments, ros: &RosArguments, cli: &Output) -> Result<RunSummary, Failure> {
     let started = Instant::now();
     let names = Names::new(NODE_NAME, "", &ros.remaps)?;
     let environment = Environment::read(|name| std::env::var_os(name))?;
+    let rosout = log(&names, &environment, ros, cli)?;
     let parameters = parameter_files::load(&names, &ros.parameters)?;
     ros.ignored.iter().for_each(|argument| debug!("{argument} has no effect here"));
     parameters
         .undeclared
         .iter()
         .for_each(|parameter| debug!("{} is no parameter of this node", parameter.name));
-    environment.notes.iter().for_each(|note| warn!("{note}"));
+    for note in &environment.notes {
+        match note.severity() {
+            Severity::Debug | Severity::Info => info!("{note}"),
+            Severity::Warn | Severity::Error | Severity::Fatal => warn!("{note}"),
+        }
+    }
     let settings = Arc::new(parameters.settings);
     settings.warnings().iter().for_each(|warning| warn!("{warning}"));
     warn_of_small_buffers();
@@ -80,12 +90,51 @@ pub fn run(arguments: &NodeArguments, ros: &RosArguments) -> Result<RunSummary, 
         settings: settings.clone(),
         threads,
         names: names.clone(),
+        rosout,
     };
     let signals = runtime.block_on(async { Signals::listen() })?;
     let node = Node::start(start, runtime.handle())?;
     let ended = runtime.block_on(node.run(signals.first()));
     info!("{} has left the graph", names.fully_qualified());
     summary(&names, &settings, threads, &ended, started)
+}
+
+/// What the program's own arguments say about its output.
+#[derive(Debug, Clone, Copy)]
+pub struct Output {
+    /// Only JSON goes to stdout.
+    pub json: bool,
+    /// Lowest level of log lines, if given.
+    pub level: Option<LevelFilter>,
+}
+
+/// Takes in the log lines of the process; gives those that are for `/rosout`.
+fn log(
+    names: &Names,
+    environment: &Environment,
+    ros: &RosArguments,
+    output: &Output,
+) -> Result<Option<Receiver<Log>>, Failure> {
+    let own = output.level.and_then(severity).map(|level| LogLevel { logger: None, level: Some(level) });
+    let levels: Vec<LogLevel> = own.into_iter().chain(ros.log_levels.iter().cloned()).collect();
+    let mut console = environment.console.clone();
+    console.to_stdout &= !output.json;
+    let console = ros.stdout_logs.unwrap_or(true).then_some(&console);
+    let (sender, receiver) = rosout_queue();
+    let to_rosout = ros.rosout_logs.unwrap_or(true);
+    RosLog::new(&names.logger(), Levels::new(&levels), console, to_rosout.then_some(sender))
+        .install()
+        .map_err(|error| Failure::internal(error.to_string()))?;
+    Ok(to_rosout.then_some(receiver))
+}
+
+fn severity(level: LevelFilter) -> Option<Severity> {
+    Some(match level.into_level()? {
+        Level::ERROR => Severity::Error,
+        Level::WARN => Severity::Warn,
+        Level::INFO => Severity::Info,
+        _ => Severity::Debug,
+    })
 }
 
 fn graph_options(arguments: &NodeArguments, environment: &Environment) -> GraphOptions {

@@ -3,7 +3,7 @@
 //! A peer that does not fit is the commonest reason why a graph stays silent, and the middleware is silent about it.
 //! Here each such peer is one warning, with the topic, the peer, and what to change.
 
-use super::graph::Endpoint;
+use super::graph::{Endpoint, participant_of};
 use super::publications::Listeners;
 use super::qos;
 use super::subscriptions::peer;
@@ -36,13 +36,6 @@ pub async fn watch(
     while let Some(event) = events.next().await {
         watcher.take(event);
     }
-}
-
-/// The part of an endpoint's identity that its participant has, too.
-fn participant_of(guid: &GUID) -> [u8; 12] {
-    let mut prefix = [0; 12];
-    prefix.copy_from_slice(&guid.to_bytes()[..12]);
-    prefix
 }
 
 struct Watcher {

@@ -14,8 +14,8 @@ use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, Publisher, QosPolicies, RTPSEntity, Subscriber,
     Timestamp, Topic, TopicDescription, TopicKind, WriteOptions, WriteOptionsBuilder,
 };
-use std::collections::BTreeMap;
-use std::net::IpAddr;
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::{IpAddr, SocketAddr, UdpSocket};
 
 /// Why the node cannot be in the graph.
 #[derive(Debug, thiserror::Error)]
@@ -289,6 +289,21 @@ impl Graph {
         &self.endpoints
     }
 
+    /// True if all these readers of other nodes can be reached on this machine.
+    #[must_use]
+    pub fn are_near(&self, readers: &BTreeSet<GUID>) -> bool {
+        let known = self.participant.discovered_readers();
+        readers.iter().all(|guid| {
+            known.iter().find(|known| known.reader_proxy.remote_reader_guid == *guid).is_some_and(|reader| {
+                reader.reader_proxy.unicast_locator_list.iter().any(|&locator| {
+                    let address = SocketAddr::from(locator);
+                    // An address is one of this machine if a socket can have it.
+                    UdpSocket::bind((address.ip(), 0)).is_ok()
+                })
+            })
+        })
+    }
+
     /// The participant, for whoever watches the graph.
     #[must_use]
     pub fn participant(&self) -> &DomainParticipant {
@@ -300,6 +315,13 @@ impl Drop for Graph {
     fn drop(&mut self) {
         self.broadcast(Vec::new());
     }
+}
+
+/// The part of an endpoint's identity that its participant has, too.
+pub(super) fn participant_of(guid: &GUID) -> [u8; 12] {
+    let mut prefix = [0; 12];
+    prefix.copy_from_slice(&guid.to_bytes()[..12]);
+    prefix
 }
 
 fn refused(topic: &str, error: &rustdds::dds::CreateError) -> GraphError {

@@ -5,20 +5,22 @@
 
 use super::environment::ServiceMapping;
 use super::events;
-use super::graph::{Graph, GraphError, GraphOptions, Reader, Writer};
+use super::graph::{Graph, GraphError, GraphOptions, Reader, Writer, participant_of};
 use super::names::Names;
 use super::parameters::{Change, ParameterStore};
 use super::payload::Payload;
 use super::publications::{GraphSink, Listeners};
 use super::qos::Qos;
-use super::services::Server;
+use super::rosout::Rosout;
+use super::services::{Reply, Server};
 use super::subscriptions::{self, Throttle};
 use crate::report::statistics::Statistics;
 use crate::session::vehicle_of;
 use crate::settings::{AutowareInterface, Settings};
+use crossbeam_channel::Receiver;
 use futures::stream::SelectAll;
 use futures::{FutureExt, Stream, StreamExt, pin_mut};
-use messages::rcl_interfaces::ParameterEvent;
+use messages::rcl_interfaces::{Log, ParameterEvent};
 use messages::rosgraph_msgs::Clock as ClockMessage;
 use messages::{Interface, Message};
 use rustdds::GUID;
@@ -30,14 +32,22 @@ use selector_actors::{
 };
 use std::pin::Pin;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tracing::{info, warn};
 
+const ROSOUT_TOPIC: &str = "/rosout";
 const CLOCK_TOPIC: &str = "/clock";
 const PARAMETER_EVENTS_TOPIC: &str = "/parameter_events";
+
+/// How long a reply waits for its client.
+const REPLY_PATIENCE: Duration = Duration::from_secs(1);
+/// How often it is looked for.
+const REPLY_INTERVAL: Duration = Duration::from_millis(5);
+/// Replies that wait at once; further ones are sent into the blue.
+const MAX_WAITING: usize = 64;
 
 /// Everything that a node is started with.
 #[derive(Debug)]
@@ -52,6 +62,8 @@ pub struct Start {
     pub mapping: ServiceMapping,
     /// Threads that judge.
     pub threads: usize,
+    /// Log lines for `/rosout`, if they are to go there.
+    pub rosout: Option<Receiver<Log>>,
 }
 
 /// Why a node cannot start or cannot go on.
@@ -97,7 +109,16 @@ pub struct Node {
     store: ParameterStore,
     clock: Arc<RosClock>,
     statistics: Arc<Mutex<Statistics>>,
+    listeners: Listeners,
+    rosout: Option<Rosout>,
     graph: Graph,
+}
+
+/// A reply that waits until its client can be reached: others often ask before both sides know of each other.
+struct Waiting {
+    server: usize,
+    reply: Reply,
+    until: Instant,
 }
 
 impl std::fmt::Debug for Node {
@@ -112,7 +133,7 @@ impl Node {
     /// # Errors
     /// The network, a name or a parameter cannot be used; nothing is left running.
     pub fn start(start: Start, runtime: &Handle) -> Result<Self, NodeError> {
-        let Start { names, settings, graph, mapping, threads } = start;
+        let Start { names, settings, graph, mapping, threads, rosout } = start;
         let vehicle = vehicle_of(&settings)?;
         let validator = Validator::new(settings.validator.clone(), &vehicle)?;
         let ranker = Ranker::new(settings.ranker.clone(), settings.selector.sources());
@@ -126,6 +147,14 @@ impl Node {
         let sink = GraphSink::advertise(&mut graph, &names, &topics, interface, listeners.clone())?;
         let statistics = sink.statistics();
         let events = graph.advertise(PARAMETER_EVENTS_TOPIC, ParameterEvent::TYPE_NAME, Qos::PARAMETERS)?;
+        let rosout = match rosout {
+            Some(lines) => {
+                let writer = graph.advertise(ROSOUT_TOPIC, Log::TYPE_NAME, Qos::ROSOUT)?;
+                let started = Rosout::start(writer, lines);
+                Some(started.map_err(|error| SystemError::NoThread(error.to_string()))?)
+            }
+            None => None,
+        };
         let servers = Server::open_all(&mut graph, &names, mapping)?;
         let mut readers = Vec::new();
         for topic in InputTopic::ALL {
@@ -151,7 +180,7 @@ impl Node {
         let watch = events::watch(
             graph.participant().clone(),
             graph.endpoints().clone(),
-            listeners,
+            listeners.clone(),
             system.inlets().tally().clone(),
         );
         feeds.spawn(async move {
@@ -161,7 +190,8 @@ impl Node {
             feeds.feed(subscriptions::feed(reader, topic, interface, system.inlets().clone()), topic);
         }
         let store = ParameterStore::new(names.fully_qualified(), settings);
-        let mut node = Self { feeds, system, servers, events, store, clock, statistics, graph };
+        let mut node =
+            Self { feeds, system, servers, events, store, clock, statistics, listeners, rosout, graph };
         if node.clock.is_simulated() {
             node.follow_clock()?;
         }
@@ -179,7 +209,8 @@ impl Node {
     /// Runs until `end` is ready, then lets the running cycle end and leaves the graph.
     pub async fn run(mut self, end: impl Future<Output = ()>) -> Ended {
         let servers = std::mem::take(&mut self.servers);
-        let mut malformed = Throttle::every(Duration::from_secs(1));
+        let mut faults = Throttle::every(Duration::from_secs(1));
+        let mut waiting = Vec::new();
         let error = {
             let mut requests = requests_of(&servers);
             pin_mut!(end);
@@ -188,9 +219,13 @@ impl Node {
                     () = &mut end => break None,
                     () = self.feeds.one_ended() => break Some(NodeError::Dead),
                     Some((server, request)) = requests.next() => {
-                        self.serve(&servers[server], request, &mut malformed);
+                        if let Some(reply) = self.serve(&servers[server], request, &mut faults) {
+                            waiting.push(Waiting { server, reply, until: Instant::now() + REPLY_PATIENCE });
+                        }
                     }
+                    () = tokio::time::sleep(REPLY_INTERVAL), if !waiting.is_empty() => {}
                 }
+                self.reply(&servers, &mut waiting, &mut faults);
             }
         };
         drop(servers);
@@ -198,7 +233,7 @@ impl Node {
     }
 
     async fn leave(self, error: Option<NodeError>) -> Ended {
-        let Self { feeds, system, events, statistics, graph, .. } = self;
+        let Self { feeds, system, events, statistics, rosout, graph, .. } = self;
         feeds.end().await;
         let tally = system.inlets().tally().clone();
         let (coalesced, error) = match system.stop() {
@@ -210,19 +245,50 @@ impl Node {
             Err(stopped) => (0, error.or(Some(stopped.into()))),
         };
         drop(events);
+        if let Some(rosout) = rosout {
+            rosout.end();
+        }
         drop(graph);
         Ended { statistics, tally, coalesced, error }
     }
 
-    fn serve(&mut self, server: &Server, request: Request, malformed: &mut Throttle) {
+    fn serve(&mut self, server: &Server, request: Request, faults: &mut Throttle) -> Option<Reply> {
         let served = match request {
             Ok(request) => server.serve(&request, &mut self.store, self.clock.now()),
-            Err(error) => return malformed.warn(|| format!("a request cannot be read: {error}")),
+            Err(error) => {
+                faults.warn(|| format!("a request cannot be read: {error}"));
+                return None;
+            }
         };
         match served {
-            Ok(Some(change)) => self.apply(&change),
-            Ok(None) => {}
-            Err(error) => malformed.warn(|| error.to_string()),
+            Ok((reply, change)) => {
+                if let Some(change) = change {
+                    self.apply(&change);
+                }
+                Some(reply)
+            }
+            Err(error) => {
+                faults.warn(|| error.to_string());
+                None
+            }
+        }
+    }
+
+    /// Sends the replies whose clients can be reached, and those that have waited long enough.
+    fn reply(&self, servers: &[Server], waiting: &mut Vec<Waiting>, faults: &mut Throttle) {
+        let now = Instant::now();
+        let too_many = waiting.len() > MAX_WAITING;
+        let ready = |waiting: &mut Waiting| {
+            let readers = self.listeners.of(servers[waiting.server].replies().guid());
+            let client = waiting.reply.client();
+            too_many || now >= waiting.until || readers.iter().any(|reader| participant_of(reader) == client)
+        };
+        for Waiting { server, reply, .. } in waiting.extract_if(.., ready) {
+            let server = &servers[server];
+            let is_near = self.graph.are_near(&self.listeners.of(server.replies().guid()));
+            if let Err(error) = server.send(reply, is_near) {
+                faults.warn(|| error.to_string());
+            }
         }
     }
 

@@ -20,7 +20,7 @@ use messages::rcl_interfaces::{
     SetParametersResponse, SetParametersResult,
 };
 
-use crate::settings::{self, Settings, SettingsError, parameter_table};
+use crate::settings::{ParameterValue as Value, Settings, SettingsError};
 
 /// The parameters of a running node.
 #[derive(Clone, Debug)]
@@ -104,10 +104,15 @@ impl ParameterStore {
         DescribeParametersResponse { descriptors: request.names.iter().map(describe).collect() }
     }
 
-    /// `list_parameters`: sorted names below the prefixes, down to the depth, and the groups that they are in.
+    /// `list_parameters`: sorted names below the prefixes, down to the depth, and the groups that they are in. Values of
+    /// classes of objects that say nothing are not listed, as they are not written in files; they can be set all the same.
     #[must_use]
     pub fn list(&self, request: &ListParametersRequest) -> ListParametersResponse {
-        let names = parameter_table().iter().map(|descriptor| descriptor.name.as_str());
+        let names = self
+            .settings
+            .iter()
+            .filter(|(_, value)| **value != Value::NotSet)
+            .map(|(descriptor, _)| descriptor.name.as_str());
         ListParametersResponse { result: list::list(names, &request.prefixes, request.depth) }
     }
 
@@ -172,7 +177,7 @@ impl ParameterStore {
     }
 
     /// The parameters among the changes whose values differ, each once, by name.
-    fn changed(&self, new: &Settings, changes: &[(String, settings::ParameterValue)]) -> Vec<Parameter> {
+    fn changed(&self, new: &Settings, changes: &[(String, Value)]) -> Vec<Parameter> {
         let found: BTreeMap<&str, Parameter> = changes
             .iter()
             .filter_map(|(name, _)| {

@@ -48,6 +48,13 @@ impl Listeners {
         let listeners = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         listeners.get(&writer).map_or(0, BTreeSet::len)
     }
+
+    /// The readers that the writer has.
+    #[must_use]
+    pub fn of(&self, writer: GUID) -> BTreeSet<GUID> {
+        let listeners = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        listeners.get(&writer).cloned().unwrap_or_default()
+    }
 }
 
 /// The door out into the graph.

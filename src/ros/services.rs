@@ -3,9 +3,13 @@
 //! A request and its reply are two topics. Which request a reply is for stands in the header of the packet
 //! (`rmw_fastrtps`), or in front of the content (`rmw_cyclonedds`: 8 bytes of the client, 8 bytes of number, sent back
 //! as they came). A process speaks one of the two forms.
+//!
+//! The middleware (RustDDS 0.15.1) writes one byte too many into the header of a packet that is cut into fragments, so a
+//! reply in the first form must fit into one packet: [`PACKET_BYTES_NEAR`] to clients on this machine,
+//! [`PACKET_BYTES_FAR`] as soon as one is elsewhere. A larger one is not sent, and the log says what to do.
 
 use super::environment::ServiceMapping;
-use super::graph::{Graph, GraphError, Reader, WriteError, Writer};
+use super::graph::{Graph, GraphError, Reader, WriteError, Writer, participant_of};
 use super::names::Names;
 use super::parameters::{Change, ParameterStore};
 use super::payload::Payload;
@@ -18,6 +22,11 @@ use rustdds::{SampleIdentity, SequenceNumber};
 
 /// Bytes in front of the content in the form of `rmw_cyclonedds`.
 const CYCLONE_HEADER_BYTES: usize = 16;
+
+/// Largest reply with its request in the header, bytes, while all clients are on this machine.
+pub const PACKET_BYTES_NEAR: usize = 60_000;
+/// The same when a client is on another machine: what fits into a packet of Ethernet.
+pub const PACKET_BYTES_FAR: usize = 1_300;
 
 /// A service of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,6 +138,34 @@ pub enum ServiceError {
     /// The reply cannot be sent.
     #[error(transparent)]
     Reply(#[from] WriteError),
+    /// The reply does not fit into a packet.
+    #[error(
+        "{service}: a reply of {bytes} bytes cannot be sent with this middleware, {limit} is the limit; ask for fewer \
+         parameters at a time, or set RMW_IMPLEMENTATION=rmw_cyclonedds_cpp for client and node"
+    )]
+    TooLarge {
+        /// Name of the service.
+        service: &'static str,
+        /// Length of the reply.
+        bytes: usize,
+        /// What fits.
+        limit: usize,
+    },
+}
+
+/// An answer on its way.
+#[derive(Debug)]
+pub struct Reply {
+    cdr: Vec<u8>,
+    related: SampleIdentity,
+}
+
+impl Reply {
+    /// The client's participant.
+    #[must_use]
+    pub fn client(&self) -> [u8; 12] {
+        participant_of(&self.related.writer_guid)
+    }
 }
 
 impl std::fmt::Debug for Server {
@@ -167,16 +204,16 @@ impl Server {
         Ok(Self { service, mapping, requests, replies })
     }
 
-    /// Answers one request.
+    /// Answers one request; nothing is sent yet.
     ///
     /// # Errors
-    /// It cannot be answered; nothing has changed, except if only the reply was lost.
+    /// It cannot be answered; nothing has changed.
     pub fn serve(
         &self,
         request: &DeserializedCacheChange<Payload>,
         store: &mut ParameterStore,
         now: Time,
-    ) -> Result<Option<Change>, ServiceError> {
+    ) -> Result<(Reply, Option<Change>), ServiceError> {
         let bytes = request.sample.as_bytes();
         let (header, content) = match self.mapping {
             ServiceMapping::Enhanced => (Vec::new(), bytes.to_vec()),
@@ -184,14 +221,32 @@ impl Server {
                 .ok_or(ServiceError::NoHeader { service: self.service.name(), bytes: bytes.len() })?,
         };
         let (reply, change) = self.service.answer(&content, store, now)?;
-        let mut framed = reply[..ENCAPSULATION_BYTES].to_vec();
-        framed.extend(header);
-        framed.extend(&reply[ENCAPSULATION_BYTES..]);
-        // A change that was accepted holds, whether or not the client hears of it.
-        if let Err(error) = self.replies.answer(framed, identity(request)) {
-            tracing::warn!("{error}");
+        let mut cdr = reply[..ENCAPSULATION_BYTES].to_vec();
+        cdr.extend(header);
+        cdr.extend(&reply[ENCAPSULATION_BYTES..]);
+        Ok((Reply { cdr, related: identity(request) }, change))
+    }
+
+    /// The writer of replies.
+    #[must_use]
+    pub fn replies(&self) -> &Writer {
+        &self.replies
+    }
+
+    /// Sends an answer; `is_near` if all clients are on this machine.
+    ///
+    /// # Errors
+    /// It cannot be sent.
+    pub fn send(&self, reply: Reply, is_near: bool) -> Result<(), ServiceError> {
+        let Reply { cdr, related } = reply;
+        if self.mapping == ServiceMapping::Cyclone {
+            return Ok(self.replies.send(cdr)?);
         }
-        Ok(change)
+        let limit = if is_near { PACKET_BYTES_NEAR } else { PACKET_BYTES_FAR };
+        if cdr.len() > limit {
+            return Err(ServiceError::TooLarge { service: self.service.name(), bytes: cdr.len(), limit });
+        }
+        Ok(self.replies.answer(cdr, related)?)
     }
 }
 
@@ -226,6 +281,7 @@ fn split(bytes: &[u8]) -> Option<(Vec<u8>, Vec<u8>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::rcl_interfaces::{GetParametersRequest, ListParametersRequest};
 
     #[test]
     fn the_header_of_cyclone_is_taken_off_and_sent_back() {
@@ -245,6 +301,19 @@ mod tests {
         assert_eq!(header[..8], [7, 6, 5, 4, 3, 2, 1, 0]);
         assert_eq!(header[8..], [15, 14, 13, 12, 11, 10, 9, 8]);
         assert_eq!(content, [0, 0, 0, 0]);
+    }
+
+    /// Near clients can ask for everything at once.
+    #[test]
+    fn the_largest_replies_fit_into_a_packet_of_this_machine() {
+        let settings = std::sync::Arc::new(crate::settings::Settings::default());
+        let store = ParameterStore::new("/node", settings);
+        let all = ListParametersRequest { prefixes: Vec::new(), depth: 0 };
+        let names = store.list(&all).result.names;
+        let list = encoded(&store.list(&all)).len();
+        let values = encoded(&store.get(&GetParametersRequest { names: names.clone() })).len();
+        assert!(list < PACKET_BYTES_NEAR, "{list} bytes for {} names", names.len());
+        assert!(values < PACKET_BYTES_NEAR, "{values} bytes");
     }
 
     #[test]
