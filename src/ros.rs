@@ -2,7 +2,7 @@
 //!
 //! The modules `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they know
 //! the rules of ROS 2 and neither sockets nor clocks. `graph`, `payload`, `qos`, `subscriptions`, `publications`,
-//! `services` and `events` are the network side; `node` puts both together.
+//! `services`, `rosout` and `events` are the network side; `node` puts both together.
 
 pub mod arguments;
 pub mod environment;
@@ -16,5 +16,6 @@ pub mod parameters;
 pub mod payload;
 pub mod publications;
 pub mod qos;
+pub mod rosout;
 pub mod services;
 pub mod subscriptions;

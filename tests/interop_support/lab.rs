@@ -344,6 +344,9 @@ impl Node {
 
 impl Drop for Node {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the node's log:\n{}", self.log().join("\n"));
+        }
         // It may be gone already.
         let _ = self.child.kill();
         let _ = self.child.wait();

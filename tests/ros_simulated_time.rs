@@ -1,0 +1,108 @@
+//! On simulated time the node lives by `/clock`: at any speed, standing still, and going back.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+#[path = "interop_support/lab.rs"]
+mod lab;
+
+use lab::{Lab, Node, PATIENCE, Peer, isolated};
+use messages::builtin_interfaces::Time;
+use messages::diagnostic_msgs::DiagnosticArray;
+use messages::rosgraph_msgs::Clock;
+use messages::{Interface, Message};
+use serde_json::json;
+use std::time::{Duration, Instant};
+
+const MS: i64 = 1_000_000;
+
+/// A node on simulated time, whoever sets its clock, and whoever sees its cycles.
+struct Simulation {
+    node: Node,
+    peer: Peer,
+    clock: u64,
+    diagnostics: u64,
+}
+
+impl Simulation {
+    fn start(lab: &Lab) -> Self {
+        let node = lab.node(&["-p", "use_sim_time:=true", "-p", "fallback_period_ms:=100"]);
+        let mut peer = lab.peer();
+        let clock = peer.open("write", "/clock", "rosgraph_msgs/msg/Clock", &json!({"reliable": false}));
+        let many = json!({"depth": 1000});
+        let diagnostics = peer.open("read", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", &many);
+        peer.wait_for_peers(clock, 1);
+        peer.wait_for_peers(diagnostics, 1);
+        Self { node, peer, clock, diagnostics }
+    }
+
+    fn set(&mut self, time_ns: i64) {
+        let clock = Clock { clock: Time::from_nanoseconds(time_ns) };
+        self.peer.send(self.clock, &clock.to_cdr(Interface::default()));
+    }
+
+    /// Times of the cycles since the last call.
+    fn cycles(&mut self, wait: Duration) -> Vec<i64> {
+        let diagnostics = self.peer.take(self.diagnostics, 1000, wait);
+        diagnostics.iter().map(|cdr| stamp(cdr)).collect()
+    }
+
+    /// Lets simulated time pass in steps, at so many times the speed of real time; gives the times of the cycles.
+    fn run(&mut self, from_ns: i64, for_ms: i64, step_ms: i64, speed: f64) -> Vec<i64> {
+        let started = Instant::now();
+        for step in 0..=for_ms / step_ms {
+            let passed_ms = step * step_ms;
+            let due = started + Duration::from_secs_f64(passed_ms as f64 * 1e-3 / speed);
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            self.set(from_ns + passed_ms * MS);
+        }
+        self.cycles(Duration::from_millis(300))
+    }
+}
+
+fn stamp(cdr: &[u8]) -> i64 {
+    let message = DiagnosticArray::from_cdr(cdr, Interface::default(), "").unwrap();
+    message.header.stamp.nanoseconds()
+}
+
+/// The timer fires each 100 ms of simulated time; the clock's steps are best effort, so a few may be missing.
+fn assert_regular(cycles: &[i64], from_ns: i64, for_ms: i64) {
+    let expected = usize::try_from(for_ms / 100).unwrap();
+    assert!(cycles.len() >= expected * 8 / 10 && cycles.len() <= expected + 1, "{} cycles", cycles.len());
+    assert!(cycles.is_sorted(), "{cycles:?}");
+    assert!(cycles.iter().all(|&cycle| (from_ns..=from_ns + for_ms * MS).contains(&cycle)), "{cycles:?}");
+}
+
+#[test]
+fn the_timer_keeps_simulated_time_at_any_speed() {
+    isolated("the_timer_keeps_simulated_time_at_any_speed", |lab| {
+        let mut simulation = Simulation::start(lab);
+        let start = 1_750_000_000_000 * MS;
+        simulation.set(start);
+        assert_eq!(simulation.cycles(Duration::from_millis(500)), [start], "the jump from 0 fires once");
+        assert_regular(&simulation.run(start, 3000, 10, 1.0), start, 3000);
+        assert_regular(&simulation.run(start + 3000 * MS, 30_000, 10, 10.0), start + 3000 * MS, 30_000);
+        simulation.node.stop("INT");
+    });
+}
+
+#[test]
+fn time_that_stands_still_or_goes_back_stops_nothing() {
+    isolated("time_that_stands_still_or_goes_back_stops_nothing", |lab| {
+        let mut simulation = Simulation::start(lab);
+        assert!(simulation.cycles(Duration::from_millis(500)).is_empty(), "no time passes without a clock");
+        let start = 1_750_000_000_000 * MS;
+        simulation.set(start);
+        assert_eq!(simulation.cycles(Duration::from_millis(500)), [start]);
+        for _ in 0..30 {
+            simulation.set(start);
+        }
+        assert!(simulation.cycles(Duration::from_millis(500)).is_empty(), "paused");
+        // Back by an hour: the timer starts anew there instead of waiting for an hour.
+        let back = start - 3_600_000 * MS;
+        let cycles = simulation.run(back, 1000, 20, 1.0);
+        assert!(cycles.len() >= 7, "{cycles:?}");
+        assert!(cycles.iter().all(|&cycle| cycle < back + 1001 * MS), "{cycles:?}");
+        let stopped = simulation.node.stop("TERM");
+        assert!(stopped.took < PATIENCE && stopped.status.code() == Some(0));
+    });
+}
