@@ -254,6 +254,34 @@ fn every_resolution_finds_every_contact() {
     assert!(found > 20, "{found}");
 }
 
+/// Where vehicle and object are in one place at one time, they meet at every resolution, the finest as the coarsest.
+#[test]
+fn finer_sampling_never_loses_a_contact() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut parameters = always_braking();
+    parameters.drac.pet_margin.ego_earlier = PerClass::all(0.0);
+    parameters.drac.pet_margin.object_earlier = PerClass::all(0.0);
+    let mut found = 0;
+    for _ in 0..400 {
+        let case = any_case().new_tree(&mut runner).unwrap().current();
+        let bend = 0.125 * case.object.curvature.abs() * (0.5 * case.object_speed).powi(2);
+        let touches = (0..=(EGO_HORIZON_S / STEP_S) as usize).any(|step| {
+            let t = step as f64 * STEP_S;
+            overlap(&case.ego_at(t, None, -0.05 - bend), &case.object_at(t))
+        });
+        if !touches {
+            continue;
+        }
+        found += 1;
+        for resolution in [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125] {
+            parameters.global_setting.time_resolution = resolution;
+            let judgement = judge(&case.scene(), &candidate(case.ego, case.speed, 81), &parameters);
+            assert!(judgement.metrics[0].value < 0.0, "{resolution} s: {case:?} {judgement:?}");
+        }
+    }
+    assert!(found > 20, "{found}");
+}
+
 fn transformed(case: &Case, x: f64, y: f64, turn: f64) -> Case {
     let (sin, cos) = turn.sin_cos();
     let moved = |arc: Arc2| Arc2 {
