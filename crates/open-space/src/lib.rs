@@ -10,9 +10,11 @@
 pub mod arc;
 pub mod collision;
 mod convex_program;
+pub mod fallback;
 pub mod hybrid_a_star;
 #[cfg(test)]
 mod manoeuvre;
+pub mod partition;
 pub mod path_profile;
 pub mod planner;
 pub mod pose;
@@ -21,6 +23,7 @@ pub mod provider;
 pub mod reeds_shepp;
 pub mod smoother;
 pub mod speed;
+pub mod stage;
 pub mod stitcher;
 pub mod tolerance;
 pub mod trajectory;

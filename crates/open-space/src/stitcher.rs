@@ -15,6 +15,7 @@ use motion::Point2;
 use motion::pose::normalize_radian;
 
 use crate::pose::PlanarPose;
+use crate::tolerance::MATCH_BUFFER_M2;
 use crate::vehicle_model::{VehicleState, predict};
 
 /// Below this speed (m/s) ...
@@ -22,9 +23,6 @@ const STANDING_SPEED_MPS: f64 = 0.1;
 
 /// ... and this acceleration (m/s²) a plan starts from the vehicle's state as it is.
 const STANDING_ACCELERATION_MPS2: f64 = 0.4;
-
-/// Squared distance (m²) by which a later point of the previous trajectory may be farther and still be the match.
-const MATCH_BUFFER_M2: f64 = 1e-6;
 
 /// What the stitcher is asked.
 #[derive(Clone, Copy, Debug)]

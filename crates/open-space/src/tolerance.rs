@@ -43,3 +43,22 @@ pub const SWEEP_STEP_M: f64 = 0.01;
 
 /// The same for its heading, rad.
 pub const SWEEP_STEP_RAD: f64 = 0.004;
+
+/// Slack (s) of looking up a point of a trajectory by time.
+pub const TIME_SLACK_S: f64 = 1e-5;
+
+/// Times closer than this (s) are one.
+pub const SAME_TIME_S: f64 = 1e-10;
+
+/// By how much farther (squared distance, m²) a later point of the previous trajectory may be and still be the match.
+pub const MATCH_BUFFER_M2: f64 = 1e-6;
+
+/// Steps of a trajectory shorter than this (m) have no direction.
+pub const STEP_DIRECTION_M: f64 = 1e-3;
+
+/// A point closer to the vehicle than this (m) is where the vehicle is, neither ahead nor behind: the noise of a
+/// position.
+pub const SAME_PLACE_M: f64 = 0.03;
+
+/// Overlaps of outlines (shared over covered area) closer than this are equally good: 2.5 cm along a car.
+pub const NEAR_EQUAL_OVERLAP: f64 = 0.01;

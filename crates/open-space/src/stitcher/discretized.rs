@@ -5,13 +5,8 @@ use motion::Point2;
 use motion::pose::normalize_radian;
 
 use crate::pose::PlanarPose;
+use crate::tolerance::{SAME_TIME_S, TIME_SLACK_S};
 use crate::trajectory::Trajectory;
-
-/// Slack of time look-ups, s.
-const TIME_SLACK_S: f64 = 1e-5;
-
-/// Times closer than this (s) are one.
-const SAME_TIME_S: f64 = 1e-10;
 
 /// The geometric half of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
