@@ -317,7 +317,7 @@ pub(crate) fn summarise(
 }
 
 fn write_page(page: Page, summary: &RunSummary, file: &Path) -> Result<(), Failure> {
-    let failed = |error: &dyn std::fmt::Display| {
+    let failed = |error: &dyn Display| {
         Failure::output(format!("{} cannot be written: {error}; choose another --report", file.display()))
     };
     let page = page.finish(summary).map_err(|error| failed(&error))?;

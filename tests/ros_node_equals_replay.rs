@@ -128,7 +128,7 @@ fn a_live_drive_gives_what_its_replay_gives() {
             let id = peer.open("write", &topic.full_name(), topic.type_name(), &latched());
             peer.send(id, &payloads(&recorded, &topic.full_name())[0]);
         }
-        let node = lab.node(&["-p", "use_sim_time:=true"]);
+        let node = lab.node(&["-p", "use_sim_time:=true", "-p", "cycle_budget_ms:=60000"]);
         node.wait_for_line(&["Map 1:", "62 lanelets"]);
 
         let mut writers = serde_json::Map::new();

@@ -223,7 +223,7 @@ fn candidates_start_at_the_state_of_the_ego() {
     for message in generative(&DRIVE).map(|(_, message)| message).chain(backup(&DRIVE)) {
         for candidate in &message.candidate_trajectories {
             // As odometry tells it; the stamps of stale ones lie between two messages of odometry.
-            let ego = scenario.odometry(candidate.header.stamp.nanoseconds() - EPOCH_NS);
+            let ego = odometry(&scenario.world, candidate.header.stamp.nanoseconds() - EPOCH_NS);
             assert_eq!(candidate.points[0].pose, ego.pose.pose);
             assert_eq!(candidate.points[0].longitudinal_velocity_mps, ego.twist.twist.linear.x as f32);
         }
