@@ -85,7 +85,7 @@ impl Lab {
     fn new() -> Self {
         // The domain only has to differ from that of tests that run at the same time without namespaces.
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
-        let domain = u16::try_from((now.subsec_nanos() / 1000 + std::process::id()) % 100 + 1).unwrap();
+        let domain = u16::try_from((now.subsec_micros() + std::process::id()) % 100 + 1).unwrap();
         Self { domain, folder: tempfile::tempdir().unwrap() }
     }
 
