@@ -277,6 +277,7 @@ fn outcome(loaded: &LoadedFilter, judgement: &Judgement, place: &str) -> Result<
             Err(why.to_string())
         }
         Some(Failure::Panicked(what)) => panic!("{place}: {what}"),
+        Some(Failure::OutOfTime) => panic!("there is no deadline here"),
         None => {
             assert_eq!(words.is_some(), !judgement.feasible, "{place}");
             assert_eq!(judgement.evidence.is_some(), !judgement.feasible, "{place}");
