@@ -37,6 +37,6 @@ pub use path_profile::PathProfile;
 pub use planner::{OpenSpaceParameters, Plan, PlanError, Planner, Supervisor};
 pub use pose::{Gear, PlanarPose};
 pub use problem::{Limits, Problem};
-pub use speed::{SpeedError, SpeedLimits, SpeedProfile, SpeedWeights};
+pub use speed::{SpeedError, SpeedLimits, SpeedParameters, SpeedProfile};
 pub use trajectory::{Trajectory, TrajectoryPoint};
 pub use verification::{Measures, Violation};

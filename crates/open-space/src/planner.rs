@@ -2,12 +2,13 @@
 //!
 //! Anytime: once the search has found a path there is always a trajectory to return. Stopped after the search, the
 //! vehicle drives the arcs that were found and stands still to steer between them; stopped after the smoothing, it
-//! drives the smooth path at a careful speed. A part that cannot be smoothed among its obstacles is driven as arcs,
-//! too. Nothing is returned that did not pass [`verify`](crate::verification::verify).
+//! drives the smooth path at a careful speed. A part that cannot be smoothed among its obstacles is cut in pieces that
+//! can, the last of them an arc, with stops to steer between them. Nothing is returned that did not pass [`verify`](crate::verification::verify).
 //!
 //! The same problem, parameters and answers of the supervisor give the same plan, bit for bit.
 
 mod draft;
+mod parameters;
 mod runs;
 
 use thiserror::Error;
@@ -15,36 +16,13 @@ use thiserror::Error;
 use crate::collision::CollisionChecker;
 use crate::hybrid_a_star::CoarsePath;
 use crate::problem::Problem;
-use crate::smoother::{SmootherSettings, SmoothingError};
-use crate::speed::{SpeedError, SpeedWeights};
+use crate::smoother::SmoothingError;
+use crate::speed::SpeedError;
 use crate::trajectory::Trajectory;
 use crate::verification::{Measures, Violation};
 use draft::Draft;
+pub use parameters::{LimitParameters, OpenSpaceParameters};
 use runs::Timing;
-
-/// All parameters of planning in open space.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OpenSpaceParameters {
-    /// Distance from the goal within which there is nothing to plan, m.
-    pub near_goal_m: f64,
-    /// Heading off the goal's within which there is nothing to plan, rad.
-    pub near_goal_rad: f64,
-    /// Smoothing of the path.
-    pub smoother: SmootherSettings,
-    /// Preferences of the speed.
-    pub speed: SpeedWeights,
-}
-
-impl Default for OpenSpaceParameters {
-    fn default() -> Self {
-        Self {
-            near_goal_m: 0.1,
-            near_goal_rad: 0.05,
-            smoother: SmootherSettings::default(),
-            speed: SpeedWeights::default(),
-        }
-    }
-}
 
 /// What the planner is about to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,12 +67,14 @@ pub enum Stage {
     Timed,
 }
 
-/// A part that is driven as the arcs of the search, with stops to steer.
+/// A part that could not be smoothed in one piece and is driven with stops to steer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartFallback {
     /// Of the coarse path, counted from 0.
     pub part: usize,
-    /// Why it was not smoothed.
+    /// Stops on its way.
+    pub stops: usize,
+    /// Why the last piece was cut.
     pub reason: SmoothingError,
 }
 
@@ -107,7 +87,7 @@ pub struct Plan {
     pub stage: Stage,
     /// The trajectory in numbers.
     pub measures: Measures,
-    /// Parts that could not be smoothed.
+    /// Parts that could not be smoothed in one piece.
     pub fallbacks: Vec<PartFallback>,
     /// Of the path that the search found, m.
     pub coarse_length_m: f64,

@@ -7,6 +7,7 @@
 //! collisions over its whole length, or an error; never a path that still collides.
 
 mod anchoring;
+mod parameters;
 
 use motion::{Point2, Vector2};
 use thiserror::Error;
@@ -17,58 +18,7 @@ use crate::path_profile::PathProfile;
 use crate::pose::PlanarPose;
 use crate::verification::motion_is_free;
 use anchoring::AnchoredPoints;
-
-/// What the smoothing of points prefers, by upstream's names and for points 0.1 m apart; the same shape comes out for
-/// others.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SmootherWeights {
-    /// On squared second differences of the points: curvature.
-    pub fem: f64,
-    /// On squared third differences: how fast the curvature changes, hence how fast the vehicle may go.
-    pub curvature_rate: f64,
-    /// On squared distances between neighbours.
-    pub length: f64,
-    /// On squared distances from the coarse path.
-    pub reference: f64,
-    /// On curvature beyond the limit.
-    pub curvature_slack: f64,
-}
-
-impl Default for SmootherWeights {
-    fn default() -> Self {
-        Self { fem: 1e7, curvature_rate: 1e9, length: 0.0, reference: 1e3, curvature_slack: 1e6 }
-    }
-}
-
-/// How a part is smoothed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SmootherSettings {
-    /// Distance of the points, m; less on short parts.
-    pub spacing_m: f64,
-    /// How far a point may move along x and y at first, m.
-    pub default_bound_m: f64,
-    /// Part of the vehicle's curvature limit within which the smoothing stays where the coarse path does.
-    pub curvature_ratio: f64,
-    /// Most programs solved for a part.
-    pub max_passes: usize,
-    /// Distance kept from obstacles where the coarse path has twice as much, m.
-    pub clearance_m: f64,
-    /// Preferences.
-    pub weights: SmootherWeights,
-}
-
-impl Default for SmootherSettings {
-    fn default() -> Self {
-        Self {
-            spacing_m: 0.1,
-            default_bound_m: 2.0,
-            curvature_ratio: 0.91,
-            max_passes: 12,
-            clearance_m: 0.03,
-            weights: SmootherWeights::default(),
-        }
-    }
-}
+pub use parameters::SmootherParameters;
 
 /// Why a part was not smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -128,8 +78,6 @@ const FEWEST_INTERVALS: f64 = 8.0;
 const SHORTEST_PART_M: f64 = 0.05;
 /// Neighbours on either side whose bounds shrink along with those of a colliding point.
 const NEIGHBOURS: usize = 3;
-/// What the first collision leaves of how far a point has moved; the second leaves nothing.
-const SHRINK_RATIO: f64 = 0.5;
 
 /// Smooths `part`, which keeps `inflation_m` from every obstacle, for a vehicle that can drive `max_curvature`.
 ///
@@ -142,7 +90,7 @@ pub fn smooth_part(
     inflation_m: f64,
     max_curvature: f64,
     checker: &CollisionChecker,
-    settings: &SmootherSettings,
+    parameters: &SmootherParameters,
     stop: &mut dyn FnMut() -> bool,
 ) -> Result<SmoothedPart, SmoothingError> {
     let length_m = part.length_m();
@@ -152,13 +100,14 @@ pub fn smooth_part(
     if length_m < SHORTEST_PART_M {
         return Err(SmoothingError::TooShort { length_m });
     }
-    let reference = points_along(part, settings.spacing_m);
+    let reference = points_along(part, parameters.interpolated_delta_s);
     let spacing_m = length_m / (reference.len() - 1) as f64;
     let sharpest = part.arcs.iter().fold(0.0_f64, |most, arc| most.max(arc.curvature.abs()));
-    let mut bounds = Bounds::new(reference.len(), settings.default_bound_m);
-    let clearance_m = settings.clearance_m.min(inflation_m / 2.0);
+    let mut bounds = Bounds::new(reference.len(), parameters.default_bound);
+    let clearance_m = parameters.clearance.min(inflation_m / 2.0);
     let mut collision_m = 0.0;
-    for pass in 1..=settings.max_passes {
+    let max_passes = parameters.max_passes as usize;
+    for pass in 1..=max_passes {
         if stop() {
             return Err(SmoothingError::Stopped { passes: pass - 1 });
         }
@@ -168,9 +117,9 @@ pub fn smooth_part(
             spacing_m,
             headings: Some([start.yaw, end.yaw].map(|yaw| Vector2::new(yaw.cos(), yaw.sin()))),
             curvature_limit: Some(
-                (settings.curvature_ratio * max_curvature).max(sharpest).min(max_curvature),
+                (parameters.curvature_ratio * max_curvature).max(sharpest).min(max_curvature),
             ),
-            weights: settings.weights,
+            weights: parameters,
         }
         .solve();
         let path = points
@@ -190,11 +139,11 @@ pub fn smooth_part(
             return Ok(SmoothedPart { path, passes: pass });
         };
         collision_m = *first as f64 * path.step_m();
-        if !bounds.shrink(&collisions, &reference, &points) {
+        if !bounds.shrink(&collisions, &reference, &points, parameters.collision_decrease_ratio) {
             return Err(SmoothingError::Colliding { at_m: collision_m, passes: pass });
         }
     }
-    Err(SmoothingError::Colliding { at_m: collision_m, passes: settings.max_passes })
+    Err(SmoothingError::Colliding { at_m: collision_m, passes: max_passes })
 }
 
 /// Points evenly along a part, `spacing_m` apart or closer.
@@ -234,8 +183,8 @@ impl Bounds {
         Self { bounds_m, collisions: vec![0; count] }
     }
 
-    /// Shrinks the bounds about the steps that collide; false when none is left to shrink.
-    fn shrink(&mut self, steps: &[usize], reference: &[Point2], moved: &[Point2]) -> bool {
+    /// Shrinks the bounds about the steps that collide, at first to `ratio` of how far points have moved; false when none is left to shrink.
+    fn shrink(&mut self, steps: &[usize], reference: &[Point2], moved: &[Point2], ratio: f64) -> bool {
         let count = self.bounds_m.len();
         let mut touched = vec![false; count];
         for &step in steps {
@@ -249,7 +198,7 @@ impl Bounds {
         for k in (0..count).filter(|k| touched[*k]) {
             let bound = if self.collisions[k] == 0 {
                 let offset = moved[k] - reference[k];
-                SHRINK_RATIO * self.bounds_m[k].min(offset.x.abs().max(offset.y.abs()))
+                ratio * self.bounds_m[k].min(offset.x.abs().max(offset.y.abs()))
             } else {
                 0.0
             };

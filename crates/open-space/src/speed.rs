@@ -6,6 +6,7 @@
 //! samples. Everything here is positive along the travel; the gear is the caller's.
 
 mod cap;
+mod parameters;
 mod piecewise_jerk;
 mod rounds;
 mod s_curve;
@@ -13,6 +14,7 @@ mod s_curve;
 use thiserror::Error;
 
 pub use cap::SpeedCap;
+pub use parameters::SpeedParameters;
 pub(crate) use s_curve::rest_to_rest;
 
 use crate::tolerance::PROFILE_END;
@@ -27,26 +29,6 @@ pub struct SpeedLimits {
     pub max_acceleration_mps2: f64,
     /// m/s³.
     pub max_jerk_mps3: f64,
-}
-
-/// What the quadratic program of the speed prefers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedWeights {
-    /// On the squared distance that remains at each knot.
-    pub reference: f64,
-    /// On squared acceleration.
-    pub acceleration: f64,
-    /// On squared jerk.
-    pub jerk: f64,
-    /// Leave out the products of neighbouring accelerations from the jerk cost, as upstream's solver call does by
-    /// accident; slower and smoother. For comparisons only.
-    pub drop_jerk_cross_terms: bool,
-}
-
-impl Default for SpeedWeights {
-    fn default() -> Self {
-        Self { reference: 10.0, acceleration: 1.0, jerk: 1.0, drop_jerk_cross_terms: false }
-    }
 }
 
 /// Why there is no speed profile.
@@ -240,7 +222,7 @@ pub fn plan_speed(
     cap: &SpeedCap,
     start: SpeedState,
     limits: &SpeedLimits,
-    weights: &SpeedWeights,
+    parameters: &SpeedParameters,
 ) -> Result<SpeedProfile, SpeedError> {
     let allowed_mps = cap.at(0.0).min(limits.max_speed_mps);
     if start.speed_mps > allowed_mps {
@@ -249,7 +231,7 @@ pub fn plan_speed(
     if start.speed_mps == 0.0 && cap.is_uniform() {
         return Ok(rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: allowed_mps, ..*limits }));
     }
-    Rounds::new(cap, start, limits, weights).run()
+    Rounds::new(cap, start, limits, parameters).run()
 }
 
 #[cfg(test)]

@@ -2,13 +2,18 @@
 
 use super::runs::{Run, Timing, arcs_of, join};
 use super::{OpenSpaceParameters, PartFallback, Plan, PlanError, Stage};
+use crate::arc::Arc;
 use crate::collision::CollisionChecker;
-use crate::hybrid_a_star::CoarsePath;
+use crate::hybrid_a_star::{CoarsePath, GearPart};
 use crate::path_profile::PathProfile;
+use crate::pose::PlanarPose;
 use crate::problem::Problem;
-use crate::smoother::smooth_part;
+use crate::smoother::{SmoothingError, smooth_part};
 use crate::speed::SpeedState;
 use crate::verification::{Violation, verify};
+
+/// Passes spent on a part with all its pieces, in units of those allowed for one.
+const PASSES_WITH_PIECES: usize = 2;
 
 /// What is known so far of a plan.
 #[derive(Debug)]
@@ -17,8 +22,8 @@ pub(super) struct Draft<'a> {
     checker: &'a CollisionChecker,
     parameters: &'a OpenSpaceParameters,
     coarse: &'a CoarsePath,
-    /// Smoothed parts; none for those that are driven as the arcs they are.
-    smoothed: Vec<Option<PathProfile>>,
+    /// What each part is driven as: one smooth path, or several with stops between them.
+    paths: Vec<Vec<PathProfile>>,
     fallbacks: Vec<PartFallback>,
     passes: usize,
 }
@@ -31,51 +36,74 @@ impl<'a> Draft<'a> {
         parameters: &'a OpenSpaceParameters,
         coarse: &'a CoarsePath,
     ) -> Self {
-        let smoothed = vec![None; coarse.parts.len()];
-        Self { problem, checker, parameters, coarse, smoothed, fallbacks: Vec::new(), passes: 0 }
+        let paths = coarse.parts.iter().map(arcs_of).collect();
+        Self { problem, checker, parameters, coarse, paths, fallbacks: Vec::new(), passes: 0 }
     }
 
-    /// Smooths every part; false when stopped before the last one.
+    /// Smooths every part; false when stopped before the last one was done.
     pub(super) fn smooth(&mut self, stop: &mut dyn FnMut() -> bool) -> bool {
-        let max_curvature = self.problem.vehicle.max_curvature();
         for (index, part) in self.coarse.parts.iter().enumerate() {
             if stop() {
                 return false;
             }
-            let settings = &self.parameters.smoother;
-            let inflation_m = self.coarse.inflation_m;
-            match smooth_part(part, inflation_m, max_curvature, self.checker, settings, stop) {
-                Ok(part) => {
-                    self.passes += part.passes;
-                    self.smoothed[index] = Some(part.path);
-                }
-                Err(reason) => {
-                    self.passes += reason.passes();
-                    self.fallbacks.push(PartFallback { part: index, reason });
-                }
+            let max_passes = self.passes + PASSES_WITH_PIECES * self.parameters.smoother.max_passes as usize;
+            let mut reason = None;
+            let paths = self.smooth_piece(part, max_passes, &mut reason, stop);
+            let stops = paths.len().saturating_sub(1);
+            self.paths[index] = paths;
+            match reason {
+                Some(SmoothingError::Stopped { .. }) => return false,
+                Some(reason) => self.fallbacks.push(PartFallback { part: index, stops, reason }),
+                None => {}
             }
         }
         true
     }
 
-    /// The runs of the draft, timed; stops early with `None`.
+    /// Smooths a piece of a part. Where that fails it is cut in two where the steering jumps most, until each piece has
+    /// its smooth path, if only an arc, or `max_passes` are used up. The last failure is the `reason`.
+    fn smooth_piece(
+        &mut self,
+        piece: &GearPart,
+        max_passes: usize,
+        reason: &mut Option<SmoothingError>,
+        stop: &mut dyn FnMut() -> bool,
+    ) -> Vec<PathProfile> {
+        let arcs = arcs_of(piece);
+        if arcs.len() < 2 || self.passes >= max_passes {
+            return arcs;
+        }
+        let (parameters, inflation_m) = (&self.parameters.smoother, self.coarse.inflation_m);
+        let max_curvature = self.problem.vehicle.max_curvature();
+        match smooth_part(piece, inflation_m, max_curvature, self.checker, parameters, stop) {
+            Ok(smoothed) => {
+                self.passes += smoothed.passes;
+                vec![smoothed.path]
+            }
+            Err(error) => {
+                self.passes += error.passes();
+                *reason = Some(error);
+                let (first, second) = cut(piece);
+                let mut paths = self.smooth_piece(&first, max_passes, reason, stop);
+                paths.extend(self.smooth_piece(&second, max_passes, reason, stop));
+                paths
+            }
+        }
+    }
+
+    /// The runs of the draft, timed; `None` when stopped.
     pub(super) fn runs(
         &self,
         timing: Timing,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<Option<Vec<Run>>, PlanError> {
-        let paths =
-            self.coarse.parts.iter().zip(&self.smoothed).flat_map(|(part, smoothed)| match smoothed {
-                Some(path) => vec![path.clone()],
-                None => arcs_of(part),
-            });
         let mut runs = Vec::new();
-        for path in paths {
+        for path in self.paths.iter().flatten() {
             if stop() {
                 return Ok(None);
             }
-            let start = if runs.is_empty() { self.start_along(&path)? } else { SpeedState::default() };
-            runs.push(Run::new(path, start, self.problem, &self.parameters.speed, timing)?);
+            let start = if runs.is_empty() { self.start_along(path)? } else { SpeedState::default() };
+            runs.push(Run::new(path.clone(), start, self.problem, &self.parameters.speed, timing)?);
         }
         Ok(Some(runs))
     }
@@ -90,7 +118,7 @@ impl<'a> Draft<'a> {
         // A vehicle at rest begins at rest, whatever its accelerometer says.
         let acceleration_mps2 =
             if speed_mps > 0.0 { sign * self.problem.start_acceleration_mps2 } else { 0.0 };
-        Ok(SpeedState { position_m: 0.0, speed_mps, acceleration_mps2 })
+        Ok(SpeedState { position_m: 0.0, speed_mps: speed_mps + 0.0, acceleration_mps2 })
     }
 
     /// The plan that `runs` make, once it has passed the last check.
@@ -107,4 +135,16 @@ impl<'a> Draft<'a> {
             passes: self.passes,
         })
     }
+}
+
+/// The two pieces of a part on either side of its largest jump of curvature.
+fn cut(part: &GearPart) -> (GearPart, GearPart) {
+    let jump = |k: usize| (part.arcs[k].curvature - part.arcs[k - 1].curvature).abs();
+    let at = (1..part.arcs.len()).max_by(|a, b| jump(*a).total_cmp(&jump(*b))).unwrap_or(0);
+    let piece = |poses: &[PlanarPose], arcs: &[Arc]| GearPart {
+        gear: part.gear,
+        poses: poses.to_vec(),
+        arcs: arcs.to_vec(),
+    };
+    (piece(&part.poses[..=at], &part.arcs[..at]), piece(&part.poses[at..], &part.arcs[at..]))
 }

@@ -7,7 +7,7 @@ use crate::path_profile::PathProfile;
 use crate::pose::Gear;
 use crate::problem::{Limits, Problem};
 use crate::speed::{
-    SpeedCap, SpeedError, SpeedLimits, SpeedProfile, SpeedState, SpeedWeights, plan_speed, rest_to_rest,
+    SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState, plan_speed, rest_to_rest,
 };
 use crate::trajectory::{Trajectory, TrajectoryPoint};
 use crate::verification::{MAX_INTERVAL_S, MAX_SPACING_M};
@@ -47,7 +47,7 @@ impl Run {
         path: PathProfile,
         start: SpeedState,
         problem: &Problem,
-        weights: &SpeedWeights,
+        parameters: &SpeedParameters,
         timing: Timing,
     ) -> Result<Self, SpeedError> {
         let limits = limits_in(path.gear(), &problem.limits);
@@ -57,7 +57,7 @@ impl Run {
         let profile = if timing == Timing::Quick && start.speed_mps == 0.0 {
             rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..limits })
         } else {
-            plan_speed(&cap, start, &limits, weights)?
+            plan_speed(&cap, start, &limits, parameters)?
         };
         Ok(Self { path, profile })
     }

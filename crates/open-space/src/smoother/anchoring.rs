@@ -2,7 +2,7 @@
 
 use motion::{Point2, Vector2};
 
-use super::SmootherWeights;
+use super::SmootherParameters;
 use crate::convex_program::ConvexProgram;
 
 /// Distance of points for which the weights are meant, m.
@@ -25,7 +25,7 @@ pub(super) struct AnchoredPoints<'a> {
     pub(super) headings: Option<[Vector2; 2]>,
     /// Beyond it curvature costs extra.
     pub(super) curvature_limit: Option<f64>,
-    pub(super) weights: SmootherWeights,
+    pub(super) weights: &'a SmootherParameters,
 }
 
 impl AnchoredPoints<'_> {
@@ -58,16 +58,16 @@ impl AnchoredPoints<'_> {
 
     /// Weights over that of the reference: the solver likes numbers near one.
     fn weight(&self, weight: f64) -> f64 {
-        weight / self.weights.reference
+        weight / self.weights.weight_ref_deviation
     }
 
     fn add_costs(&self, program: &mut ConvexProgram, places: &Places<'_>) {
-        let weights = &self.weights;
+        let weights = self.weights;
         let ratio = WEIGHTED_SPACING_M / self.spacing_m;
         let costs: [(f64, &[f64]); 3] = [
-            (weights.length * ratio.powi(2), &[-1.0, 1.0]),
-            (weights.fem * ratio.powi(4), &[1.0, -2.0, 1.0]),
-            (weights.curvature_rate * ratio.powi(6), &[-1.0, 3.0, -3.0, 1.0]),
+            (weights.weight_path_length * ratio.powi(2), &[-1.0, 1.0]),
+            (weights.weight_fem_pos_deviation * ratio.powi(4), &[1.0, -2.0, 1.0]),
+            (weights.weight_curvature_rate * ratio.powi(6), &[-1.0, 3.0, -3.0, 1.0]),
         ];
         for (weight, stencil) in costs.into_iter().filter(|(weight, _)| *weight > 0.0) {
             for first in 0..=self.reference.len() - stencil.len() {
@@ -97,7 +97,7 @@ impl AnchoredPoints<'_> {
     fn add_curvature(&self, program: &mut ConvexProgram, places: &Places<'_>, limit: f64) {
         let scale = 1.0 / (self.spacing_m * self.spacing_m);
         let stencil = [scale, -2.0 * scale, scale];
-        let price = self.weight(self.weights.curvature_slack);
+        let price = self.weight(self.weights.weight_curvature_constraint_slack_var);
         for first in 0..self.reference.len() - 2 {
             let slack = 2 * places.free + first;
             program.not_negative((&[(slack, 1.0)], 0.0));
@@ -156,8 +156,15 @@ mod tests {
 
     use super::*;
 
-    const UPSTREAM: SmootherWeights =
-        SmootherWeights { fem: 1e8, curvature_rate: 0.0, length: 1.0, reference: 1e3, curvature_slack: 1e6 };
+    fn upstream(weight_fem_pos_deviation: f64) -> SmootherParameters {
+        SmootherParameters {
+            weight_fem_pos_deviation,
+            weight_curvature_rate: 0.0,
+            weight_path_length: 1.0,
+            weight_ref_deviation: 1e3,
+            ..SmootherParameters::default()
+        }
+    }
 
     #[test]
     fn check_vector_of_the_quadratic_program() {
@@ -173,7 +180,7 @@ mod tests {
             spacing_m: 0.1,
             headings: None,
             curvature_limit: None,
-            weights: UPSTREAM,
+            weights: &upstream(1e8),
         }
         .solve()
         .unwrap();
@@ -223,7 +230,7 @@ mod tests {
                 spacing_m: 0.1,
                 headings: Some([Vector2::x(), Vector2::y()]),
                 curvature_limit,
-                weights: SmootherWeights { fem: 1e5, ..UPSTREAM },
+                weights: &upstream(1e5),
             }
             .solve()
             .unwrap()
@@ -246,7 +253,7 @@ mod tests {
             spacing_m: 0.1,
             headings: None,
             curvature_limit: Some(0.3),
-            weights: UPSTREAM,
+            weights: &upstream(1e8),
         }
         .solve()
         .unwrap();

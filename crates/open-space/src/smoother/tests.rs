@@ -20,7 +20,7 @@ fn smooth(
     inflation_m: f64,
     checker: &CollisionChecker,
 ) -> Result<SmoothedPart, SmoothingError> {
-    smooth_part(part, inflation_m, max_curvature(), checker, &SmootherSettings::default(), &mut || false)
+    smooth_part(part, inflation_m, max_curvature(), checker, &SmootherParameters::default(), &mut || false)
 }
 
 #[test]
@@ -108,8 +108,9 @@ fn stops_when_asked_and_leaves_scraps_alone() {
         asked += 1;
         asked > 1
     };
-    let error = smooth_part(&long, 0.02, max_curvature(), &checker, &SmootherSettings::default(), &mut stop)
-        .unwrap_err();
+    let error =
+        smooth_part(&long, 0.02, max_curvature(), &checker, &SmootherParameters::default(), &mut stop)
+            .unwrap_err();
     assert_eq!(error, SmoothingError::Stopped { passes: 1 });
     let short = part(Gear::Forward, PlanarPose::default(), &[(0.1, 0.02)]);
     assert!(matches!(smooth(&short, 0.1, &checker), Err(SmoothingError::TooShort { .. })));

@@ -1,6 +1,6 @@
 //! The speed of one gear part as a quadratic program over evenly spaced knots with constant jerk between them.
 
-use super::{SpeedLimits, SpeedState, SpeedWeights};
+use super::{SpeedLimits, SpeedParameters, SpeedState};
 use crate::convex_program::ConvexProgram;
 use crate::tolerance::SOLVER_ROOM;
 
@@ -20,7 +20,7 @@ pub(super) struct PiecewiseJerkProblem<'a> {
     pub(super) intervals: usize,
     pub(super) spacing_s: f64,
     pub(super) limits: SpeedLimits,
-    pub(super) weights: SpeedWeights,
+    pub(super) parameters: SpeedParameters,
     /// One for each knot, or none at all.
     pub(super) caps: &'a [CapLine],
 }
@@ -44,15 +44,15 @@ impl PiecewiseJerkProblem<'_> {
     }
 
     fn add_costs(&self, program: &mut ConvexProgram) {
-        let weights = &self.weights;
-        let jerk = weights.jerk / (self.spacing_s * self.spacing_s);
+        let parameters = &self.parameters;
+        let jerk = parameters.jerk_weight / (self.spacing_s * self.spacing_s);
         for k in 0..=self.intervals {
-            program.add_square(weights.reference, (&[(position(k), 1.0)], -self.length_m));
-            program.add_square(weights.acceleration, (&[(acceleration(k), 1.0)], 0.0));
+            program.add_square(parameters.ref_s_weight, (&[(position(k), 1.0)], -self.length_m));
+            program.add_square(parameters.acc_weight, (&[(acceleration(k), 1.0)], 0.0));
         }
         for k in 0..self.intervals {
             let (from, to) = ((acceleration(k), -1.0), (acceleration(k + 1), 1.0));
-            if weights.drop_jerk_cross_terms {
+            if parameters.pjso_drop_jerk_cross_terms {
                 program.add_square(jerk, (&[from], 0.0));
                 program.add_square(jerk, (&[to], 0.0));
             } else {
@@ -109,7 +109,8 @@ impl PiecewiseJerkProblem<'_> {
 
     fn add_caps(&self, program: &mut ConvexProgram) {
         // More than all knots together gain from a higher speed at one.
-        let price = 4.0 * self.weights.reference * self.length_m * self.spacing_s * self.intervals as f64;
+        let price =
+            4.0 * self.parameters.ref_s_weight * self.length_m * self.spacing_s * self.intervals as f64;
         for (k, cap) in self.caps.iter().enumerate() {
             let slack = 3 * (self.intervals + 1) + k;
             let slope = cap.slope_per_s;

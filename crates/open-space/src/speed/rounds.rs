@@ -1,7 +1,7 @@
 //! Solves the speed program again and again: with caps about where the vehicle is when, and a horizon cut to fit.
 
 use super::piecewise_jerk::{CapLine, PiecewiseJerkProblem};
-use super::{SpeedCap, SpeedError, SpeedLimits, SpeedProfile, SpeedState, SpeedWeights};
+use super::{SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
 use crate::tolerance::SPEED_GAIN;
 
 /// Most programs solved for one profile.
@@ -21,7 +21,7 @@ pub(super) struct Rounds<'a> {
     cap: &'a SpeedCap,
     start: SpeedState,
     limits: &'a SpeedLimits,
-    weights: &'a SpeedWeights,
+    parameters: &'a SpeedParameters,
     spacing_s: f64,
 }
 
@@ -30,10 +30,10 @@ impl<'a> Rounds<'a> {
         cap: &'a SpeedCap,
         start: SpeedState,
         limits: &'a SpeedLimits,
-        weights: &'a SpeedWeights,
+        parameters: &'a SpeedParameters,
     ) -> Self {
         let shortest_s = super::rest_to_rest(cap.length_m(), limits).duration_s();
-        Self { cap, start, limits, weights, spacing_s: SPACING_S.min(shortest_s / FEWEST_INTERVALS) }
+        Self { cap, start, limits, parameters, spacing_s: SPACING_S.min(shortest_s / FEWEST_INTERVALS) }
     }
 
     pub(super) fn run(&self) -> Result<SpeedProfile, SpeedError> {
@@ -107,7 +107,7 @@ impl<'a> Rounds<'a> {
             intervals,
             spacing_s: self.spacing_s,
             limits: *self.limits,
-            weights: *self.weights,
+            parameters: *self.parameters,
             caps: &caps,
         };
         let states = problem.solve()?;

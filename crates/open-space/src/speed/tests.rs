@@ -7,17 +7,14 @@ use super::*;
 
 const LIMITS: SpeedLimits =
     SpeedLimits { max_speed_mps: 2.0, max_acceleration_mps2: 3.0, max_jerk_mps3: 4.0 };
-const WEIGHTS: SpeedWeights =
-    SpeedWeights { reference: 10.0, acceleration: 1.0, jerk: 1.0, drop_jerk_cross_terms: false };
-
-fn solve(length_m: f64, drop_jerk_cross_terms: bool) -> Vec<SpeedState> {
+fn solve(length_m: f64, pjso_drop_jerk_cross_terms: bool) -> Vec<SpeedState> {
     PiecewiseJerkProblem {
         start: SpeedState::default(),
         length_m,
         intervals: (50.0 * length_m) as usize,
         spacing_s: 0.2,
         limits: LIMITS,
-        weights: SpeedWeights { drop_jerk_cross_terms, ..WEIGHTS },
+        parameters: SpeedParameters { pjso_drop_jerk_cross_terms, ..SpeedParameters::default() },
         caps: &[],
     }
     .solve()
@@ -113,7 +110,7 @@ fn caps_slow_the_vehicle_down_only_where_they_are() {
     let mut caps = vec![1.0; 60];
     caps[28..32].fill(0.3);
     let cap = SpeedCap::new(0.1, caps, &limits);
-    let profile = plan_speed(&cap, SpeedState::default(), &limits, &WEIGHTS).unwrap();
+    let profile = plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default()).unwrap();
     assert_keeps(&profile, &cap, SpeedState::default(), &limits);
     let free_s = rest_to_rest(6.0, &limits).duration_s();
     assert!(profile.duration_s() > free_s);
@@ -125,12 +122,18 @@ fn a_rolling_vehicle_stops_or_says_that_it_cannot() {
     let limits = SpeedLimits { max_speed_mps: 2.0, max_acceleration_mps2: 1.0, max_jerk_mps3: 2.0 };
     let start = SpeedState { speed_mps: 0.8, ..SpeedState::default() };
     let cap = SpeedCap::new(0.1, vec![2.0; 40], &limits);
-    let profile = plan_speed(&cap, start, &limits, &WEIGHTS).unwrap();
+    let profile = plan_speed(&cap, start, &limits, &SpeedParameters::default()).unwrap();
     assert_keeps(&profile, &cap, start, &limits);
     let short = SpeedCap::new(0.1, vec![2.0; 3], &limits);
-    assert!(matches!(plan_speed(&short, start, &limits, &WEIGHTS), Err(SpeedError::CannotStop { .. })));
+    assert!(matches!(
+        plan_speed(&short, start, &limits, &SpeedParameters::default()),
+        Err(SpeedError::CannotStop { .. })
+    ));
     let slow = SpeedCap::new(0.1, vec![0.5; 40], &limits);
-    assert!(matches!(plan_speed(&slow, start, &limits, &WEIGHTS), Err(SpeedError::TooFastAtStart { .. })));
+    assert!(matches!(
+        plan_speed(&slow, start, &limits, &SpeedParameters::default()),
+        Err(SpeedError::TooFastAtStart { .. })
+    ));
 }
 
 proptest! {
@@ -146,7 +149,7 @@ proptest! {
             SpeedLimits { max_speed_mps: speed, max_acceleration_mps2: acceleration, max_jerk_mps3: jerk };
         let caps = caps.into_iter().flat_map(|(count, cap)| vec![f64::min(cap, speed); count]).collect();
         let cap = SpeedCap::new(step, caps, &limits);
-        let profile = plan_speed(&cap, SpeedState::default(), &limits, &WEIGHTS).unwrap();
+        let profile = plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default()).unwrap();
         assert_keeps(&profile, &cap, SpeedState::default(), &limits);
         // Not slower than creeping at the lowest cap.
         let creep = rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..limits });
