@@ -209,6 +209,9 @@ fn the_launch_file_names_what_exists() {
         OutputTopic::Trajectories,
         OutputTopic::ConcatenatedTrajectories,
         OutputTopic::ValidatedTrajectories,
+        OutputTopic::ScoredTrajectories,
+        OutputTopic::Trajectory,
+        OutputTopic::TurnIndicators,
     ];
     let topics: BTreeSet<String> = InputTopic::ALL
         .map(|topic| private(topic.full_name()))
