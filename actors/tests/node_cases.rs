@@ -381,65 +381,6 @@ fn order_of_publication_in_a_cycle() {
 }
 
 #[test]
-fn order_of_publication_with_a_trajectory_to_drive() {
-    let node = ready_node();
-    node.deliver(Input::Generative(node.message(&[(1, "DiffusionPlanner_0", 10.0)])));
-    let topics: Vec<_> = node.take().into_iter().map(|output| output.topic).collect();
-    assert_eq!(topics, OutputTopic::all(Interface::V0_53, &["dummy_filter"]));
-    assert!(OutputTopic::all(Interface::V0_53, &[]).contains(&OutputTopic::TurnIndicators));
-    assert!(!OutputTopic::all(Interface::V0_52, &[]).contains(&OutputTopic::TurnIndicators));
-}
-
-#[test]
-fn messages_are_of_their_topics_type() {
-    let node = ready_node();
-    node.deliver(Input::Generative(node.message(&[(1, "DiffusionPlanner_0", 10.0)])));
-    for output in node.take() {
-        assert_eq!(output.message.type_name(), output.topic.type_name(), "{}", output.topic.full_name());
-    }
-}
-
-#[test]
-fn diagnostics_of_the_ranker_say_whether_there_is_a_trajectory() {
-    /// Candidates, level, message.
-    type Case = (&'static [(u8, &'static str, f32)], u8, &'static str);
-    let cases: [Case; 3] = [
-        (&[(1, "DiffusionPlanner_0", 1.0), (2, "SafePlanner", 1.0)], DiagnosticStatus::OK, "OK"),
-        (SAFE, DiagnosticStatus::ERROR, "None of the accepted candidates can be ranked"),
-        (
-            &[(1, "DiffusionPlanner_0", REJECTED_SPEED_MPS)],
-            DiagnosticStatus::ERROR,
-            "Every candidate was rejected",
-        ),
-    ];
-    for (candidates, level, text) in cases {
-        let node = ready_node();
-        node.deliver(Input::Generative(node.message(candidates)));
-        let outputs = node.take();
-        let is_driven = outputs.iter().any(|output| output.topic == OutputTopic::Trajectory);
-        assert_eq!(is_driven, level == DiagnosticStatus::OK);
-        let ranker = outputs.iter().find_map(|output| match &output.message {
-            OutputMessage::Diagnostics(diagnostics) => diagnostics.status.get(1).cloned(),
-            _ => None,
-        });
-        let ranker = ranker.unwrap();
-        assert_eq!(ranker.name, "trajectory_selector_node: trajectory_ranker");
-        assert_eq!((ranker.level, ranker.message.as_str()), (level, text));
-    }
-}
-
-#[test]
-fn changed_ranker_parameters_take_effect_with_the_next_cycle() {
-    let node = ready_node();
-    node.system.set_ranker_parameters(
-        RankerParameters::default(),
-        GeneratorSource::table(&["SafePlanner=backup_planner_go"]),
-    );
-    node.deliver(Input::Generative(node.message(SAFE)));
-    assert!(node.take().iter().any(|output| output.topic == OutputTopic::Trajectory));
-}
-
-#[test]
 fn diagnostics_follow_the_verdicts() {
     /// Candidates, level, message.
     type Case = (&'static [(u8, &'static str, f32)], u8, &'static str);

@@ -81,7 +81,7 @@ fn level(outcome: &Outcome) -> (u8, String) {
         Outcome::Judged(judged) => judged,
     };
     let accepted = judged.validated.candidate_trajectories.len();
-    if judged.filters.iter().any(|filter| filter.worst_risk == selection::RiskLevel::Fatal) {
+    if judged.filters.iter().any(|filter| filter.panicked > 0) {
         return (DiagnosticStatus::ERROR, "A filter panicked".to_owned());
     }
     match judged.verdicts.len() {

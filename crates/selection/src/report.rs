@@ -117,6 +117,8 @@ pub struct FilterSummary {
     pub judged: usize,
     /// Candidates that it objected to.
     pub rejected: usize,
+    /// Candidates over which it panicked.
+    pub panicked: usize,
     /// Worst risk over its judgements.
     pub worst_risk: RiskLevel,
     /// Why the first candidate that it objected to is not feasible.
@@ -147,9 +149,14 @@ fn summary<'a>(
         enforcement,
         judged: judgements.clone().count(),
         rejected: rejections.clone().count(),
+        panicked: rejections.clone().filter(|judgement| has_panicked(judgement)).count(),
         worst_risk: RiskLevel::worst(judgements.map(Judgement::risk)),
         first_reason: rejections.clone().next().and_then(Judgement::reason).map(Cow::into_owned),
     }
+}
+
+fn has_panicked(judgement: &Judgement) -> bool {
+    matches!(judgement.failure, Some(Failure::Panicked(_)))
 }
 
 /// The names under which a rejection is counted: the metrics that are not safe, else how the filter failed.
