@@ -18,6 +18,11 @@ use std::net::UdpSocket;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// Bytes of a message that is none.
+const GARBAGE_BYTES: usize = 64;
+/// Bytes of a message that breaks off.
+const CUT_BYTES: usize = 296;
+
 fn values(cdr: &[u8]) -> Vec<(String, String)> {
     let message = DiagnosticArray::from_cdr(cdr, Interface::default(), "").unwrap();
     message.status[0].values.iter().map(|value| (value.key.clone(), value.value.clone())).collect()
@@ -61,12 +66,16 @@ fn messages_that_do_not_decode_are_told_of_with_what_would_help() {
     isolated("messages_that_do_not_decode_are_told_of_with_what_would_help", |lab| {
         let node = lab.node(&[]);
         let mut peer = lab.peer();
-        let (generative, backup) = (InputTopic::Generative, InputTopic::Backup);
-        let anchors =
-            peer.open("write", &generative.full_name(), generative.type_name(), &json!({"depth": 10}));
-        let backups = peer.open("write", &backup.full_name(), backup.type_name(), &json!({"depth": 10}));
-        let odometry = InputTopic::Odometry;
-        let odometries = peer.open("write", &odometry.full_name(), odometry.type_name(), &json!({}));
+        let (generative, backup, odometry) =
+            (InputTopic::Generative, InputTopic::Backup, InputTopic::Odometry);
+        let older = format!("{}052", generative.type_name());
+        let anchors = peer.open("write", &generative.full_name(), &older, &json!({"depth": 10}));
+        // The other implementation sends nothing that does not fit the type it was told.
+        let mut blob = |topic: InputTopic, length: usize| {
+            let type_name = format!("blob:{length}:{}", topic.type_name());
+            peer.open("write", &topic.full_name(), &type_name, &json!({"depth": 10}))
+        };
+        let (backups, odometries) = (blob(backup, GARBAGE_BYTES), blob(odometry, CUT_BYTES));
         let diagnostics = OutputTopic::Diagnostics;
         let watch = peer.open("read", &diagnostics.full_name(), diagnostics.type_name(), &json!({}));
         let rosout = peer.open("read", "/rosout", "rcl_interfaces/msg/Log", &json!({"depth": 1000}));
@@ -77,8 +86,8 @@ fn messages_that_do_not_decode_are_told_of_with_what_would_help() {
             candidate_trajectories: vec![Arc::new(CandidateTrajectory::default())],
             generator_info: Vec::new(),
         };
-        let garbage = [&[0, 1, 0, 0][..], &[0xff; 64]].concat();
-        let cut = &Odometry::default().to_cdr(Interface::default())[..300];
+        let garbage = [&[0, 1, 0, 0][..], &[0xff; GARBAGE_BYTES]].concat();
+        let cut = &Odometry::default().to_cdr(Interface::default())[..4 + CUT_BYTES];
         let until = Instant::now() + PATIENCE;
         // Until both sides know of each other, messages may go nowhere.
         let all_told = |log: &[String]| {

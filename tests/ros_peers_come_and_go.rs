@@ -121,7 +121,7 @@ fn a_map_of_20_mb_arrives_late_and_delays_no_cycle() {
     isolated("a_map_of_20_mb_arrives_late_and_delays_no_cycle", |lab| {
         let node = lab.node(&[]);
         let mut planner = Planner::join(lab);
-        let data = lanelet_map::archive::encode(&road(68_000));
+        let data = lanelet_map::archive::encode(&road(72_500));
         assert!(data.len() > 20_000_000, "{} bytes", data.len());
         let map = LaneletMapBin { data, ..LaneletMapBin::default() }.to_cdr(Interface::default());
         // The map server starts after the node and publishes once.
@@ -142,7 +142,7 @@ fn a_map_of_20_mb_arrives_late_and_delays_no_cycle() {
         }
         let took = sending.elapsed();
         let _server = sender.join().unwrap();
-        node.wait_for_line(&["Map 1:", "68000 lanelets"]);
+        node.wait_for_line(&["Map 1:", "72500 lanelets"]);
         eprintln!("the map took {took:.2?}, meanwhile the slowest of {cycles} cycles {slowest:.2?}");
         assert!(slowest < Duration::from_secs(2), "a cycle waited {slowest:?} while the map came");
         node.stop("INT");
@@ -178,10 +178,14 @@ fn a_node_that_is_restarted_takes_the_map_that_was_sent_before() {
         server.send(id, &LaneletMapBin { data, ..LaneletMapBin::default() }.to_cdr(Interface::default()));
         for signal in ["INT", "TERM", "INT"] {
             let node = lab.node(&[]);
-            server.wait_for_peers(id, 1);
+            let matched = server.wait_for_peers(id, 1);
+            let started = Instant::now();
             node.wait_for_line(&["Map 1:", "500 lanelets"]);
-            assert_eq!(node.stop(signal).status.code(), Some(0));
-            server.wait_for_peers(id, 0);
+            eprintln!("SIG{signal}: matched after {matched:.2?}, map {:.2?} later", started.elapsed());
+            let stopped = node.stop(signal);
+            assert_eq!(stopped.status.code(), Some(0));
+            let gone = server.wait_for_peers(id, 0);
+            eprintln!("SIG{signal}: stopped in {:.2?}, seen as gone {gone:.2?} later", stopped.took);
         }
     });
 }

@@ -14,7 +14,7 @@ agree up to padding. Messages are CDR with encapsulation header, in hexadecimal.
   {"op": "load", ...}                                  see `load`
   {"op": "status", "id": I}                            -> {"incompatible": N, "lost": N}
 
-T is a topic of DDS (`rt/..`), N a ROS type, Q may hold "reliable", "transient_local" and "depth". A command with
+T is a topic of DDS (`rt/..`), N a ROS type or `blob:LENGTH:TYPE` for any bytes in its name, Q may hold "reliable", "transient_local" and "depth". A command with
 "background": true answers at once and runs beside the others; {"op": "join"} waits for its answer.
 """
 
@@ -31,7 +31,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from ros_types import TYPES
+from ros_types import TYPES, blob
 
 HEADER = bytes([0, 1, 0, 0])
 MAX_PADDING = 7
@@ -111,8 +111,12 @@ class Peer:
 
     def topic(self, name, type_name):
         if (name, type_name) not in self.topics:
-            cls = carry_bytes(TYPES[type_name])
-            self.topics[name, type_name] = (Topic(self.participant, name, cls), TYPES[type_name])
+            if type_name.startswith("blob:"):
+                _, length, of = type_name.split(":")
+                cls = carry_bytes(blob(int(length), of))
+            else:
+                cls = carry_bytes(TYPES[type_name])
+            self.topics[name, type_name] = (Topic(self.participant, name, cls), cls)
         return self.topics[name, type_name]
 
     def open(self, make, command):

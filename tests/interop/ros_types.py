@@ -26,6 +26,14 @@ def message(name, fields, typename=None):
     return TYPES[name]
 
 
+def blob(length, name):
+    """Any bytes of this length under the name of a type: what a node that is wrong about the type would send."""
+    package, kind, short = name.split("/")
+    body = {"__annotations__": {"content": array[uint8, length]}, "__module__": __name__}
+    keywords = {"typename": f"{package}::{kind}::dds_::{short}_"}
+    return dataclass(new_class(f"Blob{short}", (IdlStruct,), keywords, lambda namespace: namespace.update(body)))
+
+
 PRIMITIVES = {
     "bool": bool, "byte": uint8, "uint8": uint8, "uint16": uint16, "int32": int32, "uint32": uint32,
     "int64": int64, "uint64": uint64, "float32": float32, "float64": float64, "string": str,
