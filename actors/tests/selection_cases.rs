@@ -92,6 +92,7 @@ impl Node {
             threads: 1,
             fallback_period_ms: 150,
             duration_time_s: 1.0,
+            cycle_budget: None,
             vehicle: VehicleInfo::default(),
             pipeline: Pipeline::new(validator, Ranker::new(RankerParameters::default(), sources)),
             interface,

@@ -96,6 +96,7 @@ pub(crate) fn drive(
         output: Some(output.to_owned()),
         map: None,
         watch: None,
+        page: false,
         progress: false,
     };
     let ended = session.run(&settings, events.into_iter()).unwrap();
