@@ -54,12 +54,6 @@ pub enum SpeedError {
         /// Of the path.
         length_m: f64,
     },
-    /// The solver gave no usable answer.
-    #[error("no speed profile was found for {length_m:.3} m of path; report this with the scene")]
-    NotFound {
-        /// Of the path.
-        length_m: f64,
-    },
 }
 
 /// State along a path at one instant.
@@ -217,7 +211,7 @@ const EXCESS_STEP_S: f64 = 0.01;
 /// standing) to rest at its end.
 ///
 /// # Errors
-/// Rolling too fast for the path, or for stopping before its end. From standstill only [`SpeedError::NotFound`].
+/// Rolling too fast for the path, or for stopping before its end. From standstill there is always a profile.
 pub fn plan_speed(
     cap: &SpeedCap,
     start: SpeedState,
@@ -231,7 +225,14 @@ pub fn plan_speed(
     if start.speed_mps == 0.0 && cap.is_uniform() {
         return Ok(rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: allowed_mps, ..*limits }));
     }
-    Rounds::new(cap, start, limits, parameters).run()
+    let planned = Rounds::new(cap, start, limits, parameters).run();
+    if start.speed_mps > 0.0 {
+        return planned
+            .ok_or(SpeedError::CannotStop { speed_mps: start.speed_mps, length_m: cap.length_m() });
+    }
+    // The program prefers a gentle motion to an early arrival; never let it be later than creeping all the way.
+    let creeping = rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..*limits });
+    Ok(planned.filter(|planned| planned.duration_s() < creeping.duration_s()).unwrap_or(creeping))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Solves the speed program again and again: with caps about where the vehicle is when, and a horizon cut to fit.
 
 use super::piecewise_jerk::{CapLine, PiecewiseJerkProblem};
-use super::{SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
+use super::{SpeedCap, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
 use crate::tolerance::SPEED_GAIN;
 
 /// Most programs solved for one profile.
@@ -36,7 +36,8 @@ impl<'a> Rounds<'a> {
         Self { cap, start, limits, parameters, spacing_s: SPACING_S.min(shortest_s / FEWEST_INTERVALS) }
     }
 
-    pub(super) fn run(&self) -> Result<SpeedProfile, SpeedError> {
+    /// The fastest profile found; `None` if no program had a solution within the limits.
+    pub(super) fn run(&self) -> Option<SpeedProfile> {
         let mut positions = self.cap.fastest(self.start.speed_mps, self.limits, self.spacing_s);
         let mut intervals = positions.len() * 3 / 2 + self.intervals(self.settling_s());
         let mut solved_intervals = None;
@@ -77,7 +78,7 @@ impl<'a> Rounds<'a> {
                 break;
             }
         }
-        best.ok_or_else(|| self.error())
+        best
     }
 
     /// Time to come to rest from where the vehicle has arrived, generously, s.
@@ -117,14 +118,5 @@ impl<'a> Rounds<'a> {
         let profile = SpeedProfile::new(self.start, jerks.map(|jerk| (self.spacing_s, jerk)));
         let positions = states.iter().map(|state| state.position_m).collect();
         Some((profile.ending_at(self.cap.length_m())?, positions))
-    }
-
-    fn error(&self) -> SpeedError {
-        let (speed_mps, length_m) = (self.start.speed_mps, self.cap.length_m());
-        if speed_mps > 0.0 {
-            SpeedError::CannotStop { speed_mps, length_m }
-        } else {
-            SpeedError::NotFound { length_m }
-        }
     }
 }
