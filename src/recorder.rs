@@ -1,9 +1,11 @@
 //! The way out into a file: writes what the node publishes, and counts it.
 
 use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
+use crate::report::markers::{MarkerTopic, Markers};
 use crate::report::page::Page;
 use crate::report::statistics::Statistics;
-use messages::Interface;
+use messages::visualization_msgs::MarkerArray;
+use messages::{Interface, Message};
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::{OutputTopic, Publication, Sink, SinkError};
 use std::collections::BTreeMap;
@@ -19,6 +21,8 @@ pub struct Recording {
     pub watched: Option<CycleReport>,
     /// The page for people, if one is wanted.
     pub page: Option<Page>,
+    /// Draws into the file, if that is wanted.
+    pub markers: Option<Markers>,
     watch: Option<u64>,
     writer: Option<Writer>,
 }
@@ -27,6 +31,7 @@ pub struct Recording {
 struct Writer {
     mcap: McapWriter,
     topics: BTreeMap<OutputTopic, TopicId>,
+    drawings: BTreeMap<MarkerTopic, TopicId>,
     interface: Interface,
 }
 
@@ -47,7 +52,7 @@ impl Recorder {
     /// The file cannot be made.
     pub fn writing(path: &Path, interface: Interface) -> Result<Self, BagError> {
         let mcap = McapWriter::create(path, bag::WriterOptions::default())?;
-        let writer = Some(Writer { mcap, topics: BTreeMap::new(), interface });
+        let writer = Some(Writer { mcap, topics: BTreeMap::new(), drawings: BTreeMap::new(), interface });
         Ok(Self(Arc::new(Mutex::new(Recording { writer, ..Recording::default() }))))
     }
 
@@ -90,6 +95,25 @@ impl Writer {
         let nanoseconds = stamp.nanoseconds();
         self.mcap.write(id, nanoseconds, nanoseconds, message.to_cdr(self.interface))
     }
+
+    fn draw(&mut self, markers: &mut Markers, report: &CycleReport) -> Result<(), BagError> {
+        let nanoseconds = report.cycle.scene.now.nanoseconds();
+        for topic in markers.topics() {
+            let Some(drawing) = markers.draw(topic, report) else { continue };
+            let id = match self.drawings.get(&topic) {
+                Some(id) => *id,
+                None => {
+                    let definition = MarkerArray::definition(self.interface);
+                    let (name, r#type) = (topic.full_name(), MarkerTopic::type_name());
+                    let id = self.mcap.add_topic(&name, r#type, &definition, QosProfile::default())?;
+                    self.drawings.insert(topic, id);
+                    id
+                }
+            };
+            self.mcap.write(id, nanoseconds, nanoseconds, drawing.to_cdr(self.interface))?;
+        }
+        Ok(())
+    }
 }
 
 impl Sink for Recorder {
@@ -102,6 +126,11 @@ impl Sink for Recorder {
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
         let mut recording = self.lock();
+        let recording = &mut *recording;
+        if let (Some(markers), Some(writer)) = (&mut recording.markers, &mut recording.writer) {
+            // A file that takes no more has been told by `publish`, or will be by `finish`.
+            let _ = writer.draw(markers, report);
+        }
         recording.statistics.add(report, times);
         if let Some(page) = &mut recording.page {
             page.add(report, times);

@@ -2,8 +2,11 @@
 
 pub mod explanation;
 pub mod filter_pictures;
+pub mod markers;
 pub mod page;
 pub mod picture;
+mod road;
+mod road_users;
 pub mod statistics;
 pub mod summary;
 pub mod table;

@@ -7,6 +7,7 @@
 use crate::commands::Failure;
 use crate::drive::{Event, TimedInput};
 use crate::recorder::Recorder;
+use crate::report::markers::Markers;
 use crate::report::page::Page;
 use crate::report::summary::{Input as InputSummary, Received, RunResult};
 use crate::settings::Settings;
@@ -76,6 +77,8 @@ pub struct Session {
     pub watch: Option<u64>,
     /// Whether to gather the report page.
     pub page: bool,
+    /// Whether to draw every cycle into the output.
+    pub markers: bool,
     /// Whether to draw a progress bar.
     pub progress: bool,
 }
@@ -115,6 +118,9 @@ impl Session {
         }
         if self.page {
             recorder.lock().page = Some(Page::new(validator_of(settings)?));
+        }
+        if self.markers {
+            recorder.lock().markers = Some(Markers::new(validator_of(settings)?));
         }
         let clock = Clock::stepped(self.span.0);
         let config = self.config(settings, clock)?;

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 /// Arguments of `demo`.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
-    /// Folder for the recording of what the node publishes.
+    /// Folder for the recording of what the node publishes, with markers for RViz and Foxglove.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub output: PathBuf,
     /// Seed of the road's traffic.
@@ -51,6 +51,7 @@ pub fn run(arguments: &DemoArguments, progress: bool) -> Result<RunSummary, Fail
         map: None,
         watch: None,
         page: arguments.report.is_some(),
+        markers: true,
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, scenario.drive().map(Event::Input))?;

@@ -62,6 +62,7 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         map,
         watch: Some(arguments.cycle),
         page: false,
+        markers: false,
         progress: false,
     };
     let ended = session.run(&settings, drive)?;

@@ -21,6 +21,9 @@ pub struct ReplayArguments {
     /// Write what the node publishes to this file.
     #[arg(long, value_name = "OUT.mcap")]
     pub output: Option<PathBuf>,
+    /// Draw every cycle into the output, as markers for RViz and Foxglove.
+    #[arg(long, requires = "output")]
+    pub markers: bool,
     /// Write the run as one HTML page to this file: every cycle, every verdict, every reason.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
@@ -70,6 +73,7 @@ pub fn run(arguments: &ReplayArguments, progress: bool) -> Result<RunSummary, Fa
         map,
         watch: None,
         page: arguments.report.is_some(),
+        markers: arguments.markers,
         progress: progress && std::io::stderr().is_terminal(),
     };
     let ended = session.run(&settings, drive)?;

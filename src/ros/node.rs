@@ -14,6 +14,7 @@ use super::qos::Qos;
 use super::rosout::Rosout;
 use super::services::{Reply, Server};
 use super::subscriptions::{self, Throttle};
+use crate::report::markers::Markers;
 use crate::report::statistics::Statistics;
 use crate::session::vehicle_of;
 use crate::settings::{AutowareInterface, Settings};
@@ -144,7 +145,8 @@ impl Node {
 
         let listeners = Listeners::default();
         let topics = OutputTopic::all(interface, &filters);
-        let sink = GraphSink::advertise(&mut graph, &names, &topics, interface, listeners.clone())?;
+        let markers = Markers::new(Validator::new(settings.validator.clone(), &vehicle)?);
+        let sink = GraphSink::advertise(&mut graph, &names, &topics, markers, interface, listeners.clone())?;
         let statistics = sink.statistics();
         let events = graph.advertise(PARAMETER_EVENTS_TOPIC, ParameterEvent::TYPE_NAME, Qos::PARAMETERS)?;
         let rosout = match rosout {

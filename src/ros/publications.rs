@@ -1,13 +1,14 @@
 //! What the node publishes, onto its topics in the graph.
 //!
 //! All topics are advertised at start, so that others find them before the first cycle. Debug topics are encoded only
-//! while somebody listens; everything that others may drive by is always sent. Sending never waits for a peer.
+//! while somebody listens, markers only then worked out; everything that others may drive by is always sent. Sending never waits for a peer.
 
 use super::graph::{Graph, GraphError, Writer};
 use super::names::Names;
 use super::qos::Qos;
+use crate::report::markers::{MarkerTopic, Markers};
 use crate::report::statistics::Statistics;
-use messages::Interface;
+use messages::{Interface, Message};
 use rustdds::GUID;
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::{OutputTopic, Publication, Sink, SinkError};
@@ -60,6 +61,8 @@ impl Listeners {
 /// The door out into the graph.
 pub struct GraphSink {
     writers: BTreeMap<OutputTopic, Writer>,
+    markers: Markers,
+    drawings: Vec<(MarkerTopic, Writer)>,
     interface: Interface,
     listeners: Listeners,
     statistics: Arc<Mutex<Statistics>>,
@@ -80,6 +83,7 @@ impl GraphSink {
         graph: &mut Graph,
         names: &Names,
         topics: &[OutputTopic],
+        markers: Markers,
         interface: Interface,
         listeners: Listeners,
     ) -> Result<Self, GraphError> {
@@ -88,7 +92,12 @@ impl GraphSink {
             let name = names.topic(&topic.ros_name())?;
             writers.insert(topic, graph.advertise(&name, topic.type_name(), Qos::of_output(topic))?);
         }
-        Ok(Self { writers, interface, listeners, statistics: Arc::default() })
+        let mut drawings = Vec::new();
+        for topic in markers.topics() {
+            let name = names.topic(&topic.ros_name())?;
+            drawings.push((topic, graph.advertise(&name, MarkerTopic::type_name(), Qos::reliable(1))?));
+        }
+        Ok(Self { writers, markers, drawings, interface, listeners, statistics: Arc::default() })
     }
 
     /// Counts and latencies so far; shared with whoever reports them.
@@ -109,6 +118,15 @@ impl Sink for GraphSink {
     }
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
+        for (topic, writer) in &self.drawings {
+            if self.listeners.count(writer.guid()) == 0 {
+                continue;
+            }
+            if let Some(drawing) = self.markers.draw(*topic, report) {
+                // Markers are for looking at: one that is lost is followed by the next cycle's.
+                let _ = writer.send(drawing.to_cdr(self.interface));
+            }
+        }
         let mut statistics = self.statistics.lock().unwrap_or_else(PoisonError::into_inner);
         statistics.add(report, times);
         // A planner that invents names must not fill the memory of a node that runs for weeks.

@@ -97,6 +97,7 @@ pub(crate) fn drive(
         map: None,
         watch: None,
         page: false,
+        markers: false,
         progress: false,
     };
     let ended = session.run(&settings, events.into_iter()).unwrap();

@@ -2,14 +2,12 @@
 
 use super::camera::Camera;
 use super::svg::{Px, Svg};
+use crate::report::road::{self, Lamp, is_border, is_for_walking};
 use lanelet_map::{Lanelet, Map, Polyline, RegulatoryElement};
-use messages::autoware_perception_msgs::{TrafficLightElement, TrafficLightGroup};
 use motion::Point2;
 use selection::Scene;
 use std::collections::BTreeSet;
 
-/// Types of line strings that nobody drives over.
-const BORDERS: [&str; 5] = ["road_border", "curb", "guard_rail", "wall", "fence"];
 /// A stripe of a crosswalk and the gap beside it, m.
 const STRIPE_M: f64 = 0.6;
 /// What is nearer to a way than this lies beside it, m.
@@ -60,7 +58,9 @@ pub(super) fn draw(svg: &mut Svg, camera: &Camera, scene: &Scene) {
     for border in map.line_strings().filter(is_border) {
         line(svg, camera, "border", &border);
     }
-    stop_lines(svg, camera, map);
+    for stop_line in road::stop_lines(map) {
+        line(svg, camera, "stop", &stop_line);
+    }
     lights(svg, camera, scene, map);
 }
 
@@ -76,29 +76,9 @@ fn planar([x, y, _]: [f64; 3]) -> Point2 {
     Point2::new(x, y)
 }
 
-fn is_border(line: &Polyline<'_>) -> bool {
-    line.attribute("type").is_some_and(|kind| BORDERS.contains(&kind))
-}
-
-fn is_for_walking(lanelet: &Lanelet<'_>) -> bool {
-    matches!(lanelet.subtype(), Some("crosswalk" | "walkway"))
-}
-
 fn line(svg: &mut Svg, camera: &Camera, class: &str, line: &Polyline<'_>) {
     let runs = camera.runs(line.positions().map(planar));
     svg.lines(class, runs.iter().map(Vec::as_slice));
-}
-
-fn stop_lines(svg: &mut Svg, camera: &Camera, map: &Map) {
-    let of_rules =
-        map.regulatory_elements().flat_map(|rule| rule.line_strings("ref_line").collect::<Vec<_>>());
-    let typed = map.line_strings().filter(|line| line.attribute("type") == Some("stop_line"));
-    let mut drawn = BTreeSet::new();
-    for stop_line in typed.chain(of_rules) {
-        if drawn.insert(stop_line.id()) {
-            line(svg, camera, "stop", &stop_line);
-        }
-    }
 }
 
 /// The stripes of a crosswalk: each from one bound to the other, side by side in the direction of walking.
@@ -139,14 +119,16 @@ fn along(line: &[Point2], part: f64) -> Point2 {
 
 /// A lamp beside each stop line of a light, as the signals have it.
 fn lights(svg: &mut Svg, camera: &Camera, scene: &Scene, map: &Map) {
-    let signals = scene.traffic_signals.as_ref();
     for light in map.regulatory_elements().filter(|rule| rule.subtype() == "traffic_light") {
         let Some(place) = lamp_place(camera, &light) else { continue };
-        let group = signals.and_then(|signals| {
-            signals.traffic_light_groups.iter().find(|group| group.traffic_light_group_id == light.id())
-        });
+        let lamp = match road::lamp(scene, light.id()) {
+            Lamp::Red => "red-lamp",
+            Lamp::Amber => "amber-lamp",
+            Lamp::Green => "green-lamp",
+            Lamp::Dark => "dark",
+        };
         svg.circle("housing", place, 11.0);
-        svg.circle(group.map_or("dark", colour), place, 7.5);
+        svg.circle(lamp, place, 7.5);
     }
 }
 
@@ -163,14 +145,4 @@ fn lamp_place(camera: &Camera, light: &RegulatoryElement<'_>) -> Option<Px> {
         let place = [end[0] + LIGHT_OFFSET_PX * dx / length, end[1] + LIGHT_OFFSET_PX * dy / length];
         camera.shows(place, -12.0).then_some(place)
     })
-}
-
-fn colour(group: &TrafficLightGroup) -> &'static str {
-    let shows = |color: u8| group.elements.iter().any(|element| element.color == color);
-    match () {
-        () if shows(TrafficLightElement::RED) => "red-lamp",
-        () if shows(TrafficLightElement::AMBER) => "amber-lamp",
-        () if shows(TrafficLightElement::GREEN) => "green-lamp",
-        () => "dark",
-    }
 }
