@@ -5,16 +5,23 @@
 //! distance by which any point of an outline is off the road. No memory. Upstream once carried a filter of this name
 //! that never worked; this one has no counterpart to be equal to.
 
+mod borders;
+mod box_tree;
+mod cell_grid;
+mod excess;
+mod lanes;
+mod quad;
 mod road;
+mod walk;
 
-use self::road::{Excess, Road, RoadBuffers};
+use self::road::Road;
+use self::walk::Walk;
 use super::{Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{OutOfLaneParameters, ValidatorParameters};
 use crate::scene::Scene;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
-use motion::geometry::convex_hull;
-use motion::{Footprint, Point2, TrajectoryPoint, VehicleInfo};
+use motion::{Footprint, VehicleInfo};
 use smallvec::smallvec;
 
 /// Name of the filter.
@@ -51,11 +58,7 @@ impl RoadState {
 
 /// Buffers of the filter, reused from candidate to candidate.
 #[derive(Debug, Default)]
-pub struct Workspace {
-    road: RoadBuffers,
-    corners: Vec<Point2>,
-    hull: Vec<Point2>,
-}
+pub struct Workspace(Walk);
 
 /// What a candidate leaves behind so that its judgement can be explained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -75,73 +78,6 @@ impl OutOfLaneFilter {
             road: RoadState::NoMap,
         }
     }
-
-    fn is_excess(&self, excess: &Excess) -> bool {
-        excess.distance_m > self.parameters.min_value + EXCESS_TOLERANCE_M
-    }
-}
-
-/// The four corners of the vehicle at a point. The centre points of the sides add nothing to the outline.
-fn corners_at(outline: &Footprint, point: &TrajectoryPoint) -> [Point2; 4] {
-    let placed = outline.placed_at(&point.pose);
-    [placed.front_left(), placed.front_right(), placed.rear_right(), placed.rear_left()]
-}
-
-/// The largest excess of a candidate, and where it first has too much.
-#[derive(Debug, Default)]
-struct Found {
-    largest_m: f64,
-    first: Option<(usize, Excess)>,
-    is_at_start: bool,
-}
-
-impl Found {
-    fn take(&mut self, index: usize, excess: &Excess, is_too_much: bool) {
-        self.largest_m = self.largest_m.max(excess.distance_m);
-        if is_too_much && self.first.is_none() {
-            self.first = Some((index, *excess));
-        }
-    }
-}
-
-impl OutOfLaneFilter {
-    fn find_excess(&self, road: &Road, candidate: &Candidate, work: &mut Workspace) -> Found {
-        let mut found = Found::default();
-        let mut previous: Option<([Point2; 4], Point2, bool)> = None;
-        for (index, point) in candidate.points.iter().enumerate() {
-            let time_s = point.time_from_start.seconds();
-            if time_s > self.parameters.time {
-                break;
-            }
-            if time_s < 0.0 {
-                continue;
-            }
-            let corners = corners_at(&self.outline, point);
-            let excess = road.excess(&corners, &mut work.road);
-            if let Some((before, place, was_outside)) = previous {
-                let is_far = (point.pose.point() - place).norm() > self.half_length_m;
-                if (is_far || was_outside || excess.is_some())
-                    && let Some(between) = hull_excess(road, &before, &corners, work)
-                {
-                    // What happens on the way happens after the earlier of the two points.
-                    found.take(index - 1, &between, self.is_excess(&between));
-                }
-            }
-            if let Some(excess) = &excess {
-                found.take(index, excess, self.is_excess(excess));
-                found.is_at_start |= previous.is_none() && self.is_excess(excess);
-            }
-            previous = Some((corners, point.pose.point(), excess.is_some()));
-        }
-        found
-    }
-}
-
-fn hull_excess(road: &Road, a: &[Point2; 4], b: &[Point2; 4], work: &mut Workspace) -> Option<Excess> {
-    work.corners.clear();
-    work.corners.extend(a.iter().chain(b));
-    convex_hull(&mut work.corners, &mut work.hull);
-    road.excess(&work.hull, &mut work.road)
 }
 
 impl Filter for OutOfLaneFilter {
@@ -179,9 +115,12 @@ impl Filter for OutOfLaneFilter {
             }
             RoadState::Ready { road, .. } => road,
         };
-        let found = self.find_excess(road, candidate, &mut scratch.out_of_lane);
-        let risk = if found.first.is_some() { RiskLevel::Danger } else { RiskLevel::Safe };
         let threshold = self.parameters.min_value;
+        let walk = &mut scratch.out_of_lane.0;
+        walk.restart();
+        walk.take_stances(road, &self.outline, &candidate.points, self.parameters.time);
+        let found = walk.find(road, self.half_length_m, threshold + EXCESS_TOLERANCE_M);
+        let risk = if found.first.is_some() { RiskLevel::Danger } else { RiskLevel::Safe };
         Judgement {
             feasible: found.first.is_none(),
             failure: None,
@@ -189,7 +128,7 @@ impl Filter for OutOfLaneFilter {
             evidence: found.first.map(|(index, excess)| Evidence {
                 x_m: excess.point.x,
                 y_m: excess.point.y,
-                element_id: excess.lanelet,
+                element_id: walk.nearest_lanelet(road, &excess),
                 ..Evidence::at(candidate, index)
             }),
             memo: Memo::OutOfLane(OutOfLaneMemo { starts_outside: found.is_at_start }),
