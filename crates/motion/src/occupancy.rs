@@ -15,8 +15,10 @@ mod outline;
 mod profile;
 mod sweep;
 
-pub use bounds::{Bounds, BoundsColumns};
+pub use bounds::Bounds;
 pub use box_tracks::{BoxCollision, BoxTracks};
 pub use outline::{Outline, PlanarPose};
 pub use profile::{SpeedProfile, arc_pose, turn_per_metre};
-pub use sweep::{Deviation, HullBuffers, SUBDIVISION_TURN_RAD, Slice, Sweep, placed_meet, slices_meet};
+pub use sweep::{
+    Deviation, GROUP, HullBuffers, SUBDIVISION_TURN_RAD, Slice, Sweep, placed_meet, slices_meet,
+};

@@ -40,6 +40,13 @@ impl Bounds {
         }
     }
 
+    /// The smallest box around several.
+    #[must_use]
+    #[inline]
+    pub fn around_all(boxes: &[Self]) -> Self {
+        boxes.iter().fold(Self::EMPTY, |all, one| all.joined(one))
+    }
+
     /// This box, grown by `by_m` to all sides.
     #[must_use]
     #[inline]
@@ -67,65 +74,6 @@ impl Bounds {
     }
 }
 
-/// Many boxes along the map axes, one column for each side.
-#[derive(Clone, Debug, Default)]
-pub struct BoundsColumns {
-    min_x: Vec<f64>,
-    min_y: Vec<f64>,
-    max_x: Vec<f64>,
-    max_y: Vec<f64>,
-}
-
-impl BoundsColumns {
-    /// Forgets all boxes and keeps the memory.
-    pub fn clear(&mut self) {
-        for column in [&mut self.min_x, &mut self.min_y, &mut self.max_x, &mut self.max_y] {
-            column.clear();
-        }
-    }
-
-    /// Adds a box.
-    #[inline]
-    pub fn push(&mut self, bounds: &Bounds) {
-        self.min_x.push(bounds.min.x);
-        self.min_y.push(bounds.min.y);
-        self.max_x.push(bounds.max.x);
-        self.max_y.push(bounds.max.y);
-    }
-
-    /// Number of boxes.
-    #[must_use]
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.min_x.len()
-    }
-
-    /// True when there are no boxes.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.min_x.is_empty()
-    }
-
-    /// The box at a place.
-    ///
-    /// # Panics
-    /// When the place is not below [`Self::len`].
-    #[must_use]
-    #[inline]
-    pub fn get(&self, at: usize) -> Bounds {
-        Bounds {
-            min: Point2::new(self.min_x[at], self.min_y[at]),
-            max: Point2::new(self.max_x[at], self.max_y[at]),
-        }
-    }
-
-    /// The box around all boxes of a range; empty for an empty range.
-    #[must_use]
-    pub fn around(&self, range: std::ops::Range<usize>) -> Bounds {
-        range.fold(Bounds::EMPTY, |all, at| all.joined(&self.get(at)))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,15 +93,10 @@ mod tests {
     }
 
     #[test]
-    fn columns_join() {
-        let mut columns = BoundsColumns::default();
-        assert!(columns.is_empty());
-        columns.push(&bounds(0.0, 0.0, 1.0));
-        columns.push(&bounds(5.0, -2.0, 1.0));
-        assert_eq!(columns.len(), 2);
-        assert_eq!(columns.around(0..2), Bounds { min: Point2::new(0.0, -2.0), max: Point2::new(6.0, 1.0) });
-        assert_eq!(columns.around(1..1), Bounds::EMPTY);
-        columns.clear();
-        assert!(columns.is_empty());
+    fn boxes_join() {
+        let boxes = [bounds(0.0, 0.0, 1.0), Bounds::around([Point2::new(6.0, -2.0), Point2::new(5.0, -1.0)])];
+        let all = Bounds { min: Point2::new(0.0, -2.0), max: Point2::new(6.0, 1.0) };
+        assert_eq!(Bounds::around_all(&boxes), all);
+        assert_eq!(Bounds::around_all(&[]), Bounds::EMPTY);
     }
 }

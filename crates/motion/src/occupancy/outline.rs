@@ -81,6 +81,7 @@ pub struct Outline {
     center: Point2,
     half: Vector2,
     radius_m: f64,
+    is_rectangle: bool,
 }
 
 impl Outline {
@@ -88,7 +89,9 @@ impl Outline {
     #[must_use]
     pub fn rectangle(front_m: f64, rear_m: f64, left_m: f64, right_m: f64) -> Self {
         let at = Point2::new;
-        Self::of(vec![at(front_m, left_m), at(front_m, -right_m), at(-rear_m, -right_m), at(-rear_m, left_m)])
+        let corners =
+            vec![at(front_m, left_m), at(front_m, -right_m), at(-rear_m, -right_m), at(-rear_m, left_m)];
+        Self { is_rectangle: true, ..Self::of(corners) }
     }
 
     /// The convex hull of any points. No points are the origin itself: a body without extent still is somewhere.
@@ -107,13 +110,21 @@ impl Outline {
         let none = Bounds::EMPTY;
         let (min, max) = corners.iter().fold((none.min, none.max), |(min, max), c| (min.inf(c), max.sup(c)));
         let radius_m = corners.iter().map(|corner| corner.coords.norm()).fold(0.0, f64::max);
-        Self { corners, center: min + (max - min) * 0.5, half: (max - min) * 0.5, radius_m }
+        let (center, half) = (min + (max - min) * 0.5, (max - min) * 0.5);
+        Self { corners, center, half, radius_m, is_rectangle: false }
     }
 
     /// Corners in the body's frame \[m\].
     #[must_use]
     pub fn corners(&self) -> &[Point2] {
         &self.corners
+    }
+
+    /// True if the outline is the box around it.
+    #[must_use]
+    #[inline]
+    pub(super) fn is_rectangle(&self) -> bool {
+        self.is_rectangle
     }
 
     /// Largest distance of a corner from the origin of the body's frame \[m\].

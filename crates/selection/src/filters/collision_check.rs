@@ -40,7 +40,7 @@ use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
 use messages::nav_msgs::Odometry;
 use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
-use motion::occupancy::{Bounds, Deviation, HullBuffers, Outline, Sweep, slices_meet};
+use motion::occupancy::{Bounds, Deviation, GROUP, HullBuffers, Outline, Sweep, slices_meet};
 use std::borrow::Cow;
 
 /// Name of the filter.
@@ -254,8 +254,11 @@ impl CollisionCheckFilter {
             let tally = if evaluation.method.is_map_based() { &mut findings.path } else { &mut findings.arc };
             tally.take(evaluation.risk, evaluation.required_mps2, evaluation.safe_mps2);
             if evaluation.risk > RiskLevel::Safe {
-                let object_slices = course.slices.start;
-                findings.show(self.passage_finding(object, object_slices, &evaluation, work));
+                let begins_s = evaluation.passages.first.ego as f64 * self.settings.resolution_s;
+                if findings.may_show(evaluation.risk, begins_s) {
+                    let object_slices = course.slices.start;
+                    findings.show(self.passage_finding(object, object_slices, &evaluation, work));
+                }
             }
         }
     }
@@ -300,7 +303,7 @@ impl CollisionCheckFilter {
         }
         let outline = &self.settings.rss_outline;
         let sampled = self.sweep_path(outline, work);
-        let bounds = work.rss_sweep.bounds().around(0..work.rss_sweep.len());
+        let bounds = Bounds::around_all(work.rss_sweep.groups());
         for (place, object) in self.objects.objects.iter().enumerate().filter(|(_, object)| object.uses_rss) {
             let Some(slice) = self.first_touch(place, object, &bounds, work) else { continue };
             let (distance_m, time_s) = if slice < sampled {
@@ -359,11 +362,13 @@ impl CollisionCheckFilter {
         work: &mut Workspace,
     ) -> Option<usize> {
         let standing = &self.objects.standing;
-        if !standing.bounds().get(place).meets(bounds) {
+        let around = &standing.bounds()[place];
+        if !around.meets(bounds) {
             return None;
         }
         let (outline, sweep, hulls) = (&self.settings.rss_outline, &work.rss_sweep, &mut work.hulls);
-        (0..sweep.len())
+        let near = sweep.groups().iter().enumerate().filter(|(_, group)| group.meets(around));
+        near.flat_map(|(group, _)| group * GROUP..((group + 1) * GROUP).min(sweep.len()))
             .find(|&slice| slices_meet((outline, sweep, slice), (&object.outline, standing, place), hulls))
     }
 }

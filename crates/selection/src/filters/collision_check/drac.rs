@@ -112,9 +112,7 @@ impl EgoMotions {
             settings.ego_outlines.iter().map(motion::occupancy::Outline::radius_m).fold(0.0, f64::max);
         // The path itself may bend out of the straight lines between the samples.
         let points = self.planned.poses.iter().chain(self.path.poses()).map(|pose| pose.position);
-        let bounds = points
-            .fold(Bounds::EMPTY, |all, point| Bounds { min: all.min.inf(&point), max: all.max.sup(&point) });
-        self.bounds = Some(bounds.grown(radius_m));
+        self.bounds = Some(Bounds::around(points).grown(radius_m));
     }
 
     fn plan_sweep(&mut self, settings: &Settings, outline: usize) {
@@ -185,8 +183,9 @@ impl Situation<'_> {
         ego.plan_sweep(self.settings, of_class.ego_outline);
         let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
         let on_course = self.object_body(object, course);
-        let search = Search::new(planned, on_course, of_class, &mut buffers.search);
-        let Some(passages) = search.inside(&self.objects.windows, &course.windows).passages() else {
+        let windows = Some(self.objects.windows_of(course));
+        let search = Search::new(planned, on_course, windows, of_class, &mut buffers.search);
+        let Some(passages) = search.passages() else {
             return Outcome::Clear;
         };
         let (method, case) = self.case(object, course, passages, of_class, buffers);
@@ -286,7 +285,7 @@ impl Situation<'_> {
             let braking =
                 Body { outline: &object.outline, sweep: object_sweep, slices: 0..object_sweep.len() };
             let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
-            !Search::new(planned, braking, of_class, search).has_passage()
+            !Search::new(planned, braking, None, of_class, search).has_passage()
         })?;
         Some(if enough >= safe_mps2 { RiskLevel::Safe } else { RiskLevel::LowCaution })
     }
@@ -308,8 +307,8 @@ impl Situation<'_> {
             let braking = Braking { start_s: self.odometry_s + delay_s, acceleration_mps2 };
             let place = ego.trial(self.settings, of_class.ego_outline, braking, self.objects.horizon_s);
             let braked = self.ego_body(&ego.trials[place].sweep, of_class);
-            let search = Search::new(braked, self.object_body(object, course), of_class, &mut buffers.search);
-            !search.inside(&self.objects.windows, &course.windows).has_passage()
+            let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
+            !Search::new(braked, on_course, Some(windows), of_class, &mut buffers.search).has_passage()
         });
         enough.map(|(acceleration_mps2, _)| acceleration_mps2)
     }

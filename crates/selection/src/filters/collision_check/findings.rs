@@ -150,6 +150,13 @@ pub(super) struct Findings {
 }
 
 impl Findings {
+    /// False if no finding of a risk at or after a time \[s\] can come before the one known.
+    pub(super) fn may_show(&self, risk: RiskLevel, earliest_s: f64) -> bool {
+        self.worst
+            .as_ref()
+            .is_none_or(|worst| risk > worst.risk || (risk == worst.risk && earliest_s <= worst.time_s))
+    }
+
     pub(super) fn show(&mut self, finding: Finding) {
         if finding.risk > RiskLevel::Safe
             && self.worst.as_ref().is_none_or(|worst| finding.comes_before(worst))

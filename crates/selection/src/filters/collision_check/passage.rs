@@ -5,7 +5,7 @@
 //! earlier, negative when the object is.
 
 use super::settings::ClassSettings;
-use motion::occupancy::{BoundsColumns, HullBuffers, Outline, Sweep, placed_meet, slices_meet};
+use motion::occupancy::{Bounds, GROUP, HullBuffers, Outline, Sweep, placed_meet, slices_meet};
 use std::ops::Range;
 
 /// A body whose slice `k` lasts from tick `k` to the next: a range of a sweep.
@@ -47,76 +47,82 @@ pub(super) struct Passages {
     pub(super) worst: Hit,
 }
 
+/// For each tick of the vehicle the box around all slices of an object that its slice is compared with, and one box
+/// around each [`GROUP`] of these.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Windows<'a> {
+    pub(super) boxes: &'a [Bounds],
+    pub(super) groups: &'a [Bounds],
+}
+
 /// Memory of a search.
 #[derive(Debug, Default)]
 pub(super) struct SearchBuffers {
-    /// For each slice of the vehicle whether the object comes near it inside the search range.
-    is_near: Vec<bool>,
+    /// The slices of the vehicle that the object comes near to inside the search range, ascending.
+    near: Vec<usize>,
     hulls: HullBuffers,
 }
 
 /// A search under way: both bodies, how many ticks apart their slices may be, what was found so far.
 #[derive(Debug)]
 pub(super) struct Search<'a, 'b> {
+    /// Its slices begin with the first one of its sweep.
     ego: Body<'a>,
     object: Body<'a>,
     object_earlier_ticks: usize,
     ego_earlier_ticks: usize,
     found: Option<Passages>,
-    buffers: &'b mut SearchBuffers,
-    /// Range of the near slices of the vehicle.
-    near: Range<usize>,
+    near: &'b [usize],
+    hulls: &'b mut HullBuffers,
 }
 
 impl<'a, 'b> Search<'a, 'b> {
-    /// A search inside the class's range.
+    /// A search inside the class's range. Where there are windows it looks only at slices of the vehicle that meet
+    /// their window.
     pub(super) fn new(
         ego: Body<'a>,
         object: Body<'a>,
+        windows: Option<Windows<'_>>,
         of_class: &ClassSettings,
         buffers: &'b mut SearchBuffers,
     ) -> Self {
-        buffers.is_near.clear();
-        let near = 0..ego.len();
+        let SearchBuffers { near, hulls } = buffers;
+        near.clear();
+        match windows {
+            Some(windows) => find_near(ego.sweep, &windows, near),
+            None => near.extend(0..ego.len()),
+        }
         Self {
             ego,
             object,
             object_earlier_ticks: of_class.object_earlier_ticks,
             ego_earlier_ticks: of_class.ego_earlier_ticks,
             found: None,
-            buffers,
             near,
+            hulls,
         }
-    }
-
-    /// Looks only at slices of the vehicle that meet their window: the box around all slices of the object that they
-    /// are compared with.
-    pub(super) fn inside(mut self, windows: &BoundsColumns, places: &Range<usize>) -> Self {
-        let (ego, is_near) = (&self.ego, &mut self.buffers.is_near);
-        let bounds = ego.sweep.bounds();
-        let pairs = ego.slices.clone().zip(places.clone());
-        is_near.extend(pairs.map(|(slice, window)| bounds.get(slice).meets(&windows.get(window))));
-        let first = is_near.iter().position(|&is_near| is_near).unwrap_or(is_near.len());
-        let last = is_near.iter().rposition(|&is_near| is_near).map_or(first, |last| last + 1);
-        self.near = first..last;
-        self
     }
 
     /// All passages of one place by both bodies (`find_collision_timing`).
     pub(super) fn passages(mut self) -> Option<Passages> {
-        if self.near.is_empty() {
-            return None;
-        }
+        let (Some(&first), Some(&last)) = (self.near.first(), self.near.last()) else { return None };
         // The very first instant, then slice by slice: first with the object ahead, then with the vehicle ahead.
-        self.try_ticks(self.object_earlier_ticks, |ticks| Hit { ego: ticks, object: 0 }, true);
-        self.try_ticks(self.ego_earlier_ticks, |ticks| Hit { ego: 0, object: ticks }, true);
-        let first = self.near.start.saturating_sub(self.object_earlier_ticks);
-        for base in first..self.near.end.min(self.ego.len() - 1) {
+        self.try_object_ahead(0, self.near, true);
+        self.try_ego_ahead(0, first == 0, true);
+        let mut near = self.near;
+        let begin = first.saturating_sub(self.object_earlier_ticks);
+        let end = (last + 1).min(self.ego.len() - 1).min(self.object.len());
+        for base in begin..end {
             if self.found.is_some_and(|found| found.worst.pet_ticks() == 0) {
                 break;
             }
-            self.try_ticks(self.object_earlier_ticks, |ticks| Hit { ego: base + ticks, object: base }, false);
-            self.try_ticks(self.ego_earlier_ticks, |ticks| Hit { ego: base, object: base + ticks }, false);
+            while let [passed, rest @ ..] = near
+                && *passed < base
+            {
+                near = rest;
+            }
+            self.try_object_ahead(base, near, false);
+            self.try_ego_ahead(base, near.first() == Some(&base), false);
         }
         self.found
     }
@@ -124,7 +130,7 @@ impl<'a, 'b> Search<'a, 'b> {
     /// True if there is any passage.
     pub(super) fn has_passage(mut self) -> bool {
         let last = self.ego.len() - 1;
-        self.near.clone().any(|ego| {
+        self.near.iter().any(|&ego| {
             let from = ego.saturating_sub(self.object_earlier_ticks);
             let to = (ego + self.ego_earlier_ticks + 1).min(self.object.len());
             // The last slice is the last sample alone: it only stands in for slices that begin after it.
@@ -133,16 +139,29 @@ impl<'a, 'b> Search<'a, 'b> {
         }) || (last == 0 && self.passages().is_some())
     }
 
-    fn try_ticks(&mut self, ticks: usize, hit_at: impl Fn(usize) -> Hit, at_start: bool) {
-        for hit in (0..=ticks).map(hit_at) {
-            if hit.ego >= self.ego.len() || hit.object >= self.object.len() {
-                return;
-            }
-            if self.meet(hit) && (!at_start || self.starts_meet(hit)) {
-                self.take(hit);
-                return;
-            }
+    /// Takes the first hit of a slice of the object with slices of the vehicle from the same tick on. `near` has those
+    /// that come into question.
+    fn try_object_ahead(&mut self, object: usize, near: &[usize], at_start: bool) {
+        let end = object + self.object_earlier_ticks;
+        let mut in_range = near.iter().take_while(|&&ego| ego <= end).map(|&ego| Hit { ego, object });
+        if let Some(hit) = in_range.find(|&hit| self.meet_and_begin(hit, at_start)) {
+            self.take(hit);
         }
+    }
+
+    /// Takes the first hit of a slice of the vehicle, if it is near, with slices of the object from the same tick on.
+    fn try_ego_ahead(&mut self, ego: usize, is_near: bool, at_start: bool) {
+        let end = (ego + self.ego_earlier_ticks + 1).min(self.object.len());
+        let mut in_range = (ego..end).filter(|_| is_near).map(|object| Hit { ego, object });
+        if let Some(hit) = in_range.find(|&hit| self.meet_and_begin(hit, at_start)) {
+            self.take(hit);
+        }
+    }
+
+    /// True if two slices meet; at the start of the search the bodies must touch where the slices begin.
+    #[inline]
+    fn meet_and_begin(&mut self, hit: Hit, at_start: bool) -> bool {
+        self.meet(hit) && (!at_start || self.starts_meet(hit))
     }
 
     fn take(&mut self, hit: Hit) {
@@ -161,20 +180,30 @@ impl<'a, 'b> Search<'a, 'b> {
     #[inline]
     fn meet(&mut self, hit: Hit) -> bool {
         let (ego, object) = (&self.ego, &self.object);
-        // Without windows every slice is near.
-        self.buffers.is_near.get(hit.ego).copied().unwrap_or(self.buffers.is_near.is_empty())
-            && slices_meet(
-                (ego.outline, ego.sweep, ego.slices.start + hit.ego),
-                (object.outline, object.sweep, object.slices.start + hit.object),
-                &mut self.buffers.hulls,
-            )
+        slices_meet(
+            (ego.outline, ego.sweep, ego.slices.start + hit.ego),
+            (object.outline, object.sweep, object.slices.start + hit.object),
+            self.hulls,
+        )
     }
 
     /// True if the bodies touch where their slices begin.
     fn starts_meet(&mut self, hit: Hit) -> bool {
         let start = |body: &Body<'_>, at: usize| body.sweep.slice(body.slices.start + at).start;
         let (ego, object) = (start(&self.ego, hit.ego), start(&self.object, hit.object));
-        placed_meet((self.ego.outline, &ego), (self.object.outline, &object), &mut self.buffers.hulls)
+        placed_meet((self.ego.outline, &ego), (self.object.outline, &object), self.hulls)
+    }
+}
+
+/// Finds the slices that meet their windows. Whole groups are passed over where they do not meet.
+fn find_near(ego: &Sweep, windows: &Windows<'_>, near: &mut Vec<usize>) {
+    for (group, (slices, window)) in ego.groups().iter().zip(windows.groups).enumerate() {
+        if slices.meets(window) {
+            let first = group * GROUP;
+            let pairs = ego.bounds()[first..].iter().zip(&windows.boxes[first..]).take(GROUP);
+            let inside = (first..).zip(pairs).filter(|(_, (slice, window))| slice.meets(window));
+            near.extend(inside.map(|(at, _)| at));
+        }
     }
 }
 
@@ -209,10 +238,10 @@ mod tests {
         }
         let of_class = settings.class(ObjectClass::Car);
         let mut buffers = SearchBuffers::default();
-        let again = Search::new(body(&outline, &ego), body(&outline, &object), of_class, &mut buffers);
+        let (ego, object) = (body(&outline, &ego), body(&outline, &object));
+        let again = Search::new(ego.clone(), object.clone(), None, of_class, &mut buffers);
         let has_passage = again.has_passage();
-        let found =
-            Search::new(body(&outline, &ego), body(&outline, &object), of_class, &mut buffers).passages();
+        let found = Search::new(ego, object, None, of_class, &mut buffers).passages();
         assert_eq!(has_passage, found.is_some());
         found
     }
