@@ -15,6 +15,7 @@ pub mod clock;
 pub mod cycle;
 pub mod inlets;
 mod map_decoder;
+pub mod provider;
 pub mod publisher;
 pub mod scheduler;
 pub mod sensors;

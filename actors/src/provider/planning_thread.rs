@@ -1,0 +1,194 @@
+//! Plans on a thread of its own: the newest job wins, at most one result waits to be taken, nothing spins.
+//!
+//! Everything that both sides see lies on one desk under one lock, so a result is handed over together with what it
+//! continues. The primitives come from the parent module: the exploration puts this file on others and tries its
+//! interleavings.
+
+use super::sync::{Arc, AtomicBool, Builder, Condvar, JoinHandle, Mutex, MutexGuard, Ordering, PoisonError};
+use open_space::provider::{
+    Job, Outcome, PlanFailure, Planned, PlanningWorker, WorkerNotStarted, WorkerState,
+};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+/// Plans one job; asks often whether planning was called off. Lives on the planning thread.
+pub type PlanJob = Box<dyn FnMut(&Job, &dyn Fn() -> bool) -> Result<Outcome, PlanFailure>>;
+
+/// Makes a planner; called on the planning thread for the first job and for the one after a panic.
+pub type MakePlanner = Arc<dyn Fn() -> PlanJob + Send + Sync>;
+
+/// The planning thread and its desk.
+pub struct PlanningThread {
+    make_planner: MakePlanner,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    desk: Mutex<Desk>,
+    /// Told when there is something to do: a job came, or planning was called off.
+    changed: Condvar,
+    /// Set once, under the lock of the desk.
+    cancelled: AtomicBool,
+}
+
+#[derive(Default)]
+struct Desk {
+    job: Option<Job>,
+    planned: Option<Planned>,
+    failure: Option<PlanFailure>,
+    skips: u64,
+}
+
+impl Shared {
+    fn new() -> Self {
+        Self { desk: Mutex::new(Desk::default()), changed: Condvar::new(), cancelled: AtomicBool::new(false) }
+    }
+
+    /// The desk is whole after every statement, so a panic that poisoned the lock has not harmed it.
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Acquire)
+    }
+
+    /// Waits for a job that may be planned now; `None` when planning was called off.
+    fn next_job(&self) -> Option<Job> {
+        let mut desk = self.desk();
+        while !self.is_cancelled() {
+            if desk.planned.is_none()
+                && let Some(job) = desk.job.take()
+            {
+                return Some(job);
+            }
+            desk = self.changed.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        }
+        None
+    }
+}
+
+impl PlanningThread {
+    /// A planning thread that is not running yet.
+    #[must_use]
+    pub fn new(make_planner: MakePlanner) -> Self {
+        Self { make_planner, shared: Arc::new(Shared::new()), thread: None }
+    }
+}
+
+impl PlanningWorker for PlanningThread {
+    fn start(&mut self) -> Result<(), WorkerNotStarted> {
+        self.stop();
+        let (make_planner, shared) = (self.make_planner.clone(), self.shared.clone());
+        let thread = Builder::new().name("open-space".to_owned()).spawn(move || work(&make_planner, &shared));
+        self.thread = Some(thread.map_err(|error| WorkerNotStarted { why: error.to_string() })?);
+        Ok(())
+    }
+
+    fn submit(&mut self, job: Job) {
+        let replaced = self.shared.desk().job.replace(job);
+        self.shared.changed.notify_one();
+        // Not while the planning thread waits for the desk.
+        drop(replaced);
+    }
+
+    fn take_planned(&mut self) -> Option<Planned> {
+        let mut desk = self.shared.desk();
+        let planned = desk.planned.take()?;
+        // It was made while this result waited; the next cycle knows better where to start.
+        desk.job = None;
+        Some(planned)
+    }
+
+    fn take_failure(&mut self) -> Option<PlanFailure> {
+        self.shared.desk().failure.take()
+    }
+
+    fn state(&self) -> WorkerState {
+        let desk = self.shared.desk();
+        WorkerState {
+            data_ready: desk.job.is_some(),
+            trajectory_updated: desk.planned.is_some(),
+            trajectory_skipped: desk.skips > 0,
+            trajectory_error: desk.failure.is_some(),
+            skips: desk.skips,
+        }
+    }
+
+    fn request_stop(&mut self) {
+        {
+            // Under the lock, lest the thread goes to sleep between its look at the flag and the wake-up.
+            let _desk = self.shared.desk();
+            self.shared.cancelled.store(true, Ordering::Release);
+        }
+        self.shared.changed.notify_one();
+    }
+
+    fn stop(&mut self) {
+        self.request_stop();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the planning thread has ended by a panic outside of the planner");
+        }
+        self.shared = Arc::new(Shared::new());
+    }
+}
+
+impl Drop for PlanningThread {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+impl std::fmt::Debug for PlanningThread {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PlanningThread").field("running", &self.thread.is_some()).finish_non_exhaustive()
+    }
+}
+
+/// The thread: plans job after job until planning is called off.
+fn work(make_planner: &MakePlanner, shared: &Shared) {
+    let mut planner = None;
+    while let Some(job) = shared.next_job() {
+        let started = Instant::now();
+        let outcome = plan(make_planner, &mut planner, &job, &|| shared.is_cancelled());
+        let latency_ms = started.elapsed().as_secs_f64() * 1e3;
+        shared.desk().put(job, outcome, latency_ms);
+    }
+}
+
+/// Plans a job, making the planner if there is none. One that panics is thrown away, so nobody sees what it left half
+/// done; the next job starts with a fresh one.
+fn plan(
+    make_planner: &MakePlanner,
+    planner: &mut Option<PlanJob>,
+    job: &Job,
+    cancelled: &dyn Fn() -> bool,
+) -> Result<Outcome, PlanFailure> {
+    let planning = || planner.get_or_insert_with(|| make_planner())(job, cancelled);
+    catch_unwind(AssertUnwindSafe(planning)).unwrap_or_else(|panic| {
+        *planner = None;
+        Err(PlanFailure::Panicked { message: panic_message(panic.as_ref()) })
+    })
+}
+
+impl Desk {
+    fn put(&mut self, job: Job, outcome: Result<Outcome, PlanFailure>, latency_ms: f64) {
+        let Job { stitching, submitted_s, .. } = job;
+        match outcome {
+            Ok(Outcome::Planned(optimized)) => {
+                self.planned = Some(Planned { optimized, stitching, submitted_s, latency_ms });
+            }
+            Ok(Outcome::Skipped) => self.skips += 1,
+            Err(failure) => self.failure = Some(failure),
+        }
+    }
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
+}
