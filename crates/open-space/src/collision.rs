@@ -134,9 +134,15 @@ impl CollisionChecker {
     #[must_use]
     #[inline]
     pub fn is_within_bounds(&self, pose: &PlanarPose) -> bool {
+        self.holds(pose.point()) && pose.yaw.is_finite()
+    }
+
+    /// Whether a reference point is within the bounds.
+    #[inline]
+    pub(crate) fn holds(&self, point: Point2) -> bool {
         let [x_min, x_max, y_min, y_max] = self.bounds;
         // Written so that not-a-number fails.
-        pose.x >= x_min && pose.x <= x_max && pose.y >= y_min && pose.y <= y_max && pose.yaw.is_finite()
+        point.x >= x_min && point.x <= x_max && point.y >= y_min && point.y <= y_max
     }
 
     /// Whether the vehicle can stand at `pose`: within bounds, and every obstacle further than `inflation_m` away.
@@ -210,6 +216,16 @@ impl CollisionChecker {
                 .near(center, shape.radius_m() + reach)
                 .iter()
                 .all(|&id| shape.is_clear_of(&place.segment_to_local(self.field.segment(id)), reach))
+    }
+
+    /// Whether `point` is at least `radius_m` away from every obstacle and in none.
+    #[must_use]
+    pub fn has_room(&self, point: Point2, radius_m: f64) -> bool {
+        self.field.room_m(point) >= radius_m
+            || (!self.field.is_solid(point)
+                && self.field.near(point, radius_m).iter().all(|&id| {
+                    self.field.segment(id).squared_distance_to_point(point) >= radius_m * radius_m
+                }))
     }
 
     /// Distance from `point` to the nearest obstacle, or less, m; 0 within solids. Understates by a few centimetres

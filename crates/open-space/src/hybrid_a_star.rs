@@ -1,5 +1,180 @@
 //! Hybrid A*: a coarse, drivable path from start to goal.
+//!
+//! Nodes are poses in cells of a lattice, reached by short arcs of several steering angles in both gears; from every
+//! node that is expanded the search tries to reach the end by a Reeds-Shepp word, in ascending cost until one is free.
+//! The heuristic is the greater of the way round obstacles for a point and the cheapest word without obstacles.
+//!
+//! What makes tight places hard differs from scene to scene, so several such searches take turns: from the start and
+//! from the goal (out of a slot is easier found than into it), with much and with little distance to obstacles, on
+//! coarser and, where those run dry, finer lattices. The turns are counted in expansions: the same problem gives the
+//! same path on every machine unless the caller interrupts.
 
+mod attempt;
+mod lattice;
+mod motion_check;
+mod parameters;
 mod path;
+mod portfolio;
+mod shortcut;
 
+use thiserror::Error;
+
+use crate::collision::{CollisionChecker, ObstacleError};
+use crate::grid_heuristic::GridHeuristic;
+use crate::pose::PlanarPose;
+use crate::problem::Problem;
+use attempt::Costs;
+pub use parameters::SearchParameters;
 pub use path::{CoarsePath, GearPart};
+use portfolio::Portfolio;
+
+/// Why the caller wants a search to end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interruption {
+    /// Nobody needs the path any more.
+    Cancelled,
+    /// It has taken too long.
+    OutOfTime,
+}
+
+/// Why there is no path.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SearchError {
+    /// Bounds or obstacles are no input for a search.
+    #[error(transparent)]
+    Obstacles(#[from] ObstacleError),
+    /// A number of the parameters is out of its range.
+    #[error("search parameter `{name}` is {value}, outside its range {allowed}")]
+    Parameter {
+        /// Name of the field.
+        name: &'static str,
+        /// As given.
+        value: f64,
+        /// The range.
+        allowed: &'static str,
+    },
+    /// Start or goal is not finite.
+    #[error("the {end} pose ({}, {}, {}) is not finite", .pose.x, .pose.y, .pose.yaw)]
+    NotFinite {
+        /// Which one.
+        end: End,
+        /// As given.
+        pose: PlanarPose,
+    },
+    /// Start or goal is out of bounds.
+    #[error("the {end} at ({}, {}) is outside the bounds {bounds:?}; move it or widen the region", .pose.x, .pose.y)]
+    OutsideBounds {
+        /// Which one.
+        end: End,
+        /// As given.
+        pose: PlanarPose,
+        /// x_min, x_max, y_min, y_max.
+        bounds: [f64; 4],
+    },
+    /// The vehicle touches an obstacle at start or goal.
+    #[error("the vehicle touches an obstacle at the {end} ({}, {}, {})", .pose.x, .pose.y, .pose.yaw)]
+    InCollision {
+        /// Which one.
+        end: End,
+        /// As given.
+        pose: PlanarPose,
+    },
+    /// Every reachable node was expanded, on the finest lattice with the least inflation.
+    #[error("no path: all {expansions} reachable nodes were expanded; the space is too tight or closed off")]
+    Exhausted {
+        /// Nodes expanded.
+        expansions: usize,
+    },
+    /// The number of expansions allowed was used up.
+    #[error("no path within {expansions} expansions; allow more or simplify the scene")]
+    OutOfExpansions {
+        /// Nodes expanded.
+        expansions: usize,
+    },
+    /// The caller's time is up.
+    #[error("no path in the time allowed ({expansions} expansions)")]
+    OutOfTime {
+        /// Nodes expanded.
+        expansions: usize,
+    },
+    /// The caller cancelled.
+    #[error("cancelled after {expansions} expansions")]
+    Cancelled {
+        /// Nodes expanded.
+        expansions: usize,
+    },
+}
+
+/// One end of the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Where the vehicle stands.
+    Start,
+    /// Where it shall stand.
+    Goal,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Start => "start",
+            Self::Goal => "goal",
+        })
+    }
+}
+
+/// Searches a path from start to goal of `problem`, whose bounds and obstacles `checker` was made from.
+///
+/// `interruption` is asked every few dozen expansions whether to end early. Once there is a path it is handed out
+/// even then.
+///
+/// # Errors
+/// Input that no path can be searched for, or why none was found.
+pub fn search(
+    problem: &Problem,
+    checker: &CollisionChecker,
+    parameters: &SearchParameters,
+    interruption: &mut dyn FnMut() -> Option<Interruption>,
+) -> Result<CoarsePath, SearchError> {
+    parameters.check()?;
+    check_end(checker, End::Start, problem.start)?;
+    check_end(checker, End::Goal, problem.goal)?;
+    let grid = |target: PlanarPose| {
+        let (resolution_m, radius_m) = (parameters.heuristic_resolution_m, parameters.heuristic_radius_m);
+        GridHeuristic::new(checker, target.point(), resolution_m, radius_m)
+    };
+    let grids = (grid(problem.goal), grid(problem.start));
+    let mut portfolio = Portfolio::new(problem, checker, (&grids.0, &grids.1), parameters);
+    let found = portfolio.run(interruption)?;
+    let costs = Costs::of(parameters);
+    let arcs = shortcut::shortened(
+        checker,
+        &problem.start,
+        &found.arcs,
+        &costs,
+        found.max_curvature,
+        found.inflation_m,
+    );
+    Ok(CoarsePath {
+        parts: path::parts(&problem.start, &problem.goal, &arcs, parameters.pose_spacing_m),
+        cost_m: costs.path(&arcs),
+        inflation_m: found.inflation_m,
+        expansions: portfolio.expansions(),
+    })
+}
+
+fn check_end(checker: &CollisionChecker, end: End, pose: PlanarPose) -> Result<(), SearchError> {
+    if !pose.is_finite() {
+        return Err(SearchError::NotFinite { end, pose });
+    }
+    if !checker.is_within_bounds(&pose) {
+        return Err(SearchError::OutsideBounds { end, pose, bounds: checker.bounds() });
+    }
+    if !checker.is_free(&pose, 0.0) {
+        return Err(SearchError::InCollision { end, pose });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -11,6 +11,7 @@ pub mod arc;
 pub mod collision;
 mod convex_program;
 pub mod fallback;
+pub mod grid_heuristic;
 pub mod hybrid_a_star;
 #[cfg(test)]
 mod manoeuvre;
@@ -21,6 +22,7 @@ pub mod pose;
 pub mod problem;
 pub mod provider;
 pub mod reeds_shepp;
+pub mod scenes;
 pub mod smoother;
 pub mod speed;
 pub mod stage;
@@ -32,7 +34,8 @@ pub mod verification;
 
 pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
-pub use hybrid_a_star::{CoarsePath, GearPart};
+pub use grid_heuristic::GridHeuristic;
+pub use hybrid_a_star::{CoarsePath, GearPart, SearchError, SearchParameters, search};
 pub use path_profile::PathProfile;
 pub use planner::{OpenSpaceParameters, Plan, PlanError, Planner, Supervisor};
 pub use pose::{Gear, PlanarPose};

@@ -105,13 +105,11 @@ impl Words {
         if !(from.is_finite() && to.is_finite() && max_curvature > 0.0 && max_curvature.is_finite()) {
             return words;
         }
-        let goal = Goal::new(from, to, max_curvature);
-        for formula in &FORMULAS {
-            words.add_variants(formula, &goal, max_curvature, false);
-            if formula.reversible {
-                words.add_variants(formula, &goal.seen_backwards(), max_curvature, true);
-            }
-        }
+        let mut put = |word: &Word| {
+            words.words[words.count] = *word;
+            words.count += 1;
+        };
+        for_each_word(from, to, max_curvature, &mut put);
         words
     }
 
@@ -141,29 +139,61 @@ impl Words {
             .take_while(|(cost, _)| *cost < f64::INFINITY)
             .map(move |(cost, at)| (cost, self.words[usize::from(at)]))
     }
+}
 
-    /// Adds a formula's word and its images under time-flip and reflection.
-    fn add_variants(&mut self, formula: &Formula, goal: &Goal, max_curvature: f64, backwards: bool) {
-        let flips: &[bool] = if formula.flippable { &[false, true] } else { &[false] };
-        for &flipped in flips {
-            for reflected in [false, true] {
-                let Some(lengths) = (formula.solve)(&goal.image(flipped, reflected)) else { continue };
-                let sign = if flipped { -1.0 } else { 1.0 };
-                let mut word = Word::EMPTY;
-                for k in 0..formula.turns.len() {
-                    let k = if backwards { formula.turns.len() - 1 - k } else { k };
-                    let turn = if reflected { formula.turns[k].mirrored() } else { formula.turns[k] };
-                    let length_m = sign * lengths[k] / max_curvature;
-                    if length_m.abs() > PIECE_M {
-                        word.arcs[usize::from(word.count)] = Arc::new(turn.sign() * max_curvature, length_m);
-                        word.count += 1;
+/// Cost of the cheapest word from one pose to the other; infinite where there is none.
+pub(crate) fn least_cost(
+    from: &PlanarPose,
+    to: &PlanarPose,
+    max_curvature: f64,
+    cost: impl Fn(&Word) -> f64,
+) -> f64 {
+    let mut least = f64::INFINITY;
+    if from.is_finite() && to.is_finite() {
+        for_each_word(from, to, max_curvature, &mut |word| least = least.min(cost(word)));
+    }
+    least
+}
+
+/// Hands every word between two finite poses to `take`.
+fn for_each_word(from: &PlanarPose, to: &PlanarPose, max_curvature: f64, take: &mut impl FnMut(&Word)) {
+    let there = Goal::new(from, to, max_curvature);
+    let back = there.seen_backwards();
+    for (goal, backwards) in [(there, false), (back, true)] {
+        for (goal, reflected) in [(goal, false), (goal.reflected(), true)] {
+            for (goal, flipped) in [(goal, false), (goal.flipped(), true)] {
+                let wanted = |f: &&Formula| (f.flippable || !flipped) && (f.reversible || !backwards);
+                for formula in FORMULAS.iter().filter(wanted) {
+                    if let Some(lengths) = (formula.solve)(&goal) {
+                        let scale = if flipped { -1.0 } else { 1.0 } / max_curvature;
+                        take(&word(formula.turns, &lengths, scale, max_curvature, reflected, backwards));
                     }
                 }
-                self.words[self.count] = word;
-                self.count += 1;
             }
         }
     }
+}
+
+/// The image of a formula's solution.
+fn word(
+    turns: &[Turn],
+    lengths: &[f64; MAX_PIECES],
+    scale: f64,
+    max_curvature: f64,
+    reflected: bool,
+    backwards: bool,
+) -> Word {
+    let mut word = Word::EMPTY;
+    for k in 0..turns.len() {
+        let k = if backwards { turns.len() - 1 - k } else { k };
+        let turn = if reflected { turns[k].mirrored() } else { turns[k] };
+        let length_m = lengths[k] * scale;
+        if length_m.abs() > PIECE_M {
+            word.arcs[usize::from(word.count)] = Arc::new(turn.sign() * max_curvature, length_m);
+            word.count += 1;
+        }
+    }
+    word
 }
 
 /// Brings an angle of at most a few turns into [-π, π).

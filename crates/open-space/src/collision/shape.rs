@@ -26,6 +26,21 @@ impl Placement {
         Self { origin: pose.point(), cos, sin }
     }
 
+    /// The placement of something placed at `next` in the frame of what is placed here.
+    #[inline]
+    pub(crate) fn then(self, next: &Self) -> Self {
+        Self {
+            origin: self.to_world(next.origin),
+            cos: self.cos * next.cos - self.sin * next.sin,
+            sin: self.sin * next.cos + self.cos * next.sin,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn origin(self) -> Point2 {
+        self.origin
+    }
+
     #[inline]
     pub(crate) fn to_world(self, local: Point2) -> Point2 {
         Point2::new(

@@ -51,3 +51,45 @@ impl GearPart {
         self.arcs.iter().map(|arc| arc.length_m.abs()).sum()
     }
 }
+
+/// The path that drives `arcs` from `start` to `goal`, with poses at most `spacing_m` apart.
+///
+/// The arcs must lead to the goal but for rounding: the last pose is set to it.
+pub(super) fn parts(start: &PlanarPose, goal: &PlanarPose, arcs: &[Arc], spacing_m: f64) -> Vec<GearPart> {
+    let mut parts: Vec<GearPart> = Vec::new();
+    let mut from = *start;
+    for &arc in arcs {
+        let gear = arc.gear();
+        if parts.last().is_none_or(|part| part.gear != gear) {
+            parts.push(GearPart { gear, poses: vec![from], arcs: Vec::new() });
+        }
+        let pieces = (arc.length_m.abs() / spacing_m).ceil().max(1.0);
+        let piece = Arc::new(arc.curvature, arc.length_m / pieces);
+        if let Some(part) = parts.last_mut() {
+            for k in 1..pieces as u32 {
+                part.poses.push(arc.at(&from, arc.length_m * f64::from(k) / pieces));
+            }
+            part.arcs.extend(std::iter::repeat_n(piece, pieces as usize));
+            from = arc.end(&from);
+            part.poses.push(from);
+        }
+    }
+    if let Some(last) = parts.last_mut().and_then(|part| part.poses.last_mut()) {
+        *last = PlanarPose::new(goal.x, goal.y, last.yaw + last.yaw_to(goal));
+    }
+    parts
+}
+
+/// Joins neighbouring arcs of one curvature and gear.
+pub(super) fn merged(arcs: &[Arc]) -> Vec<Arc> {
+    let mut merged: Vec<Arc> = Vec::with_capacity(arcs.len());
+    for &arc in arcs {
+        match merged.last_mut() {
+            Some(last) if last.curvature == arc.curvature && last.gear() == arc.gear() => {
+                last.length_m += arc.length_m;
+            }
+            _ => merged.push(arc),
+        }
+    }
+    merged
+}

@@ -48,7 +48,7 @@ pub(super) const FORMULAS: [Formula; 9] = [
     formula(&[L, R, S, L, R], true, false, lrslr),
 ];
 
-/// The goal in the frame of the start, lengths in turning radii.
+/// The goal in the frame of the start, lengths in turning radii, with what the formulas share.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     x: f64,
@@ -56,6 +56,27 @@ pub(super) struct Goal {
     yaw: f64,
     sin: f64,
     cos: f64,
+    /// From the centre of the first left turn to that of a last left turn.
+    left_to_left: Polar,
+    /// From the centre of the first left turn to that of a last right turn.
+    left_to_right: Polar,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Polar {
+    radius: f64,
+    angle: f64,
+}
+
+impl Polar {
+    fn of(x: f64, y: f64) -> Self {
+        Self { radius: (x * x + y * y).sqrt(), angle: y.atan2(x) }
+    }
+
+    /// With x negated.
+    fn flipped(self) -> Self {
+        Self { radius: self.radius, angle: norm(PI - self.angle) }
+    }
 }
 
 impl Goal {
@@ -64,33 +85,37 @@ impl Goal {
         let (sin, cos) = from.yaw.sin_cos();
         let yaw = from.yaw_to(to);
         let (goal_sin, goal_cos) = yaw.sin_cos();
-        Self { x: cos * dx + sin * dy, y: cos * dy - sin * dx, yaw, sin: goal_sin, cos: goal_cos }
+        Self::at(cos * dx + sin * dy, cos * dy - sin * dx, yaw, goal_sin, goal_cos)
     }
 
-    /// The goal whose base word is an image of a word to this one.
-    pub(super) fn image(&self, flipped: bool, reflected: bool) -> Self {
-        let x = if flipped { -self.x } else { self.x };
-        let y = if reflected { -self.y } else { self.y };
-        if flipped == reflected {
-            Self { x, y, ..*self }
-        } else {
-            Self { x, y, yaw: -self.yaw, sin: -self.sin, cos: self.cos }
+    fn at(x: f64, y: f64, yaw: f64, sin: f64, cos: f64) -> Self {
+        let left_to_left = Polar::of(x - sin, y - 1.0 + cos);
+        let left_to_right = Polar::of(x + sin, y - 1.0 - cos);
+        Self { x, y, yaw, sin, cos, left_to_left, left_to_right }
+    }
+
+    /// The goal whose words, with left and right exchanged, lead to this one.
+    pub(super) fn reflected(&self) -> Self {
+        Self::at(self.x, -self.y, -self.yaw, -self.sin, self.cos)
+    }
+
+    /// The goal whose words, with all lengths negated, lead to this one.
+    pub(super) fn flipped(&self) -> Self {
+        Self {
+            x: -self.x,
+            y: self.y,
+            yaw: -self.yaw,
+            sin: -self.sin,
+            cos: self.cos,
+            left_to_left: self.left_to_left.flipped(),
+            left_to_right: self.left_to_right.flipped(),
         }
     }
 
     /// The goal whose words, read from their ends, lead to this one.
     pub(super) fn seen_backwards(&self) -> Self {
-        Self { x: self.x * self.cos + self.y * self.sin, y: self.x * self.sin - self.y * self.cos, ..*self }
-    }
-
-    /// From the centre of the first left turn to that of a last left turn.
-    fn left_to_left(&self) -> (f64, f64) {
-        (self.x - self.sin, self.y - 1.0 + self.cos)
-    }
-
-    /// From the centre of the first left turn to that of a last right turn.
-    fn left_to_right(&self) -> (f64, f64) {
-        (self.x + self.sin, self.y - 1.0 - self.cos)
+        let (x, y) = (self.x * self.cos + self.y * self.sin, self.x * self.sin - self.y * self.cos);
+        Self::at(x, y, self.yaw, self.sin, self.cos)
     }
 }
 
@@ -100,10 +125,6 @@ fn not_negative(angle: f64) -> bool {
 
 fn not_positive(angle: f64) -> bool {
     angle <= SIGN
-}
-
-fn polar((x, y): (f64, f64)) -> (f64, f64) {
-    ((x * x + y * y).sqrt(), y.atan2(x))
 }
 
 fn sls(goal: &Goal) -> Option<Lengths> {
@@ -117,13 +138,13 @@ fn sls(goal: &Goal) -> Option<Lengths> {
 }
 
 fn lsl(goal: &Goal) -> Option<Lengths> {
-    let (u, t) = polar(goal.left_to_left());
+    let Polar { radius: u, angle: t } = goal.left_to_left;
     let v = norm(goal.yaw - t);
     (not_negative(t) && not_negative(v)).then_some([t, u, v, 0.0, 0.0])
 }
 
 fn lsr(goal: &Goal) -> Option<Lengths> {
-    let (distance, direction) = polar(goal.left_to_right());
+    let Polar { radius: distance, angle: direction } = goal.left_to_right;
     if distance < 2.0 {
         return None;
     }
@@ -134,7 +155,7 @@ fn lsr(goal: &Goal) -> Option<Lengths> {
 }
 
 fn lrl(goal: &Goal) -> Option<Lengths> {
-    let (distance, direction) = polar(goal.left_to_left());
+    let Polar { radius: distance, angle: direction } = goal.left_to_left;
     if distance > 4.0 {
         return None;
     }
@@ -146,11 +167,10 @@ fn lrl(goal: &Goal) -> Option<Lengths> {
 
 /// First and last turn of a word of four turns whose middle ones are `u` and `v`.
 fn outer_turns(u: f64, v: f64, goal: &Goal) -> (f64, f64) {
-    let (xi, eta) = goal.left_to_right();
     let delta = norm(u - v);
     let a = u.sin() - delta.sin();
     let b = u.cos() - delta.cos() - 1.0;
-    let direction = (eta * a - xi * b).atan2(xi * a + eta * b);
+    let direction = norm(goal.left_to_right.angle - b.atan2(a));
     let side = 2.0 * (delta.cos() - v.cos() - u.cos()) + 3.0;
     let first = norm(if side < 0.0 { direction + PI } else { direction });
     (first, norm(first - u + v - goal.yaw))
@@ -158,7 +178,7 @@ fn outer_turns(u: f64, v: f64, goal: &Goal) -> (f64, f64) {
 
 /// Forward through the first cusp: the middle turns have opposite signs.
 fn lrlr_through(goal: &Goal) -> Option<Lengths> {
-    let (distance, _) = polar(goal.left_to_right());
+    let distance = goal.left_to_right.radius;
     let rho = 0.25 * (2.0 + distance);
     if rho > 1.0 {
         return None;
@@ -170,7 +190,7 @@ fn lrlr_through(goal: &Goal) -> Option<Lengths> {
 
 /// The middle turns lie between the cusps: both in reverse.
 fn lrlr_between(goal: &Goal) -> Option<Lengths> {
-    let (distance, _) = polar(goal.left_to_right());
+    let distance = goal.left_to_right.radius;
     let rho = (20.0 - distance * distance) / 16.0;
     if !(0.0..=1.0).contains(&rho) {
         return None;
@@ -182,7 +202,7 @@ fn lrlr_between(goal: &Goal) -> Option<Lengths> {
 }
 
 fn lrsl(goal: &Goal) -> Option<Lengths> {
-    let (distance, direction) = polar(goal.left_to_left());
+    let Polar { radius: distance, angle: direction } = goal.left_to_left;
     if distance < 2.0 {
         return None;
     }
@@ -194,19 +214,18 @@ fn lrsl(goal: &Goal) -> Option<Lengths> {
 }
 
 fn lrsr(goal: &Goal) -> Option<Lengths> {
-    let (xi, eta) = goal.left_to_right();
-    let (distance, t) = polar((-eta, xi));
+    let Polar { radius: distance, angle: direction } = goal.left_to_right;
     if distance < 2.0 {
         return None;
     }
+    let t = norm(direction + FRAC_PI_2);
     let u = 2.0 - distance;
     let v = norm(t + FRAC_PI_2 - goal.yaw);
     (not_negative(t) && not_positive(u) && not_positive(v)).then_some([t, -FRAC_PI_2, u, v, 0.0])
 }
 
 fn lrslr(goal: &Goal) -> Option<Lengths> {
-    let (xi, eta) = goal.left_to_right();
-    let (distance, _) = polar((xi, eta));
+    let Polar { radius: distance, angle: direction } = goal.left_to_right;
     if distance < 2.0 {
         return None;
     }
@@ -214,7 +233,8 @@ fn lrslr(goal: &Goal) -> Option<Lengths> {
     if !not_positive(u) {
         return None;
     }
-    let t = norm(((4.0 - u) * xi - 2.0 * eta).atan2((u - 4.0) * eta - 2.0 * xi));
+    // The centres and the straight line's ends make a right-angled triangle with a leg of 2.
+    let t = norm(direction + (4.0 - u).atan2(-2.0));
     let v = norm(t - goal.yaw);
     (not_negative(t) && not_negative(v)).then_some([t, -FRAC_PI_2, u, -FRAC_PI_2, v])
 }

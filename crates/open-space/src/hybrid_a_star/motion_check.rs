@@ -1,0 +1,137 @@
+//! Is a piece of an arc free: the swept shape of the piece, made once and placed wherever it is driven.
+
+use motion::Point2;
+
+use crate::arc::Arc;
+use crate::collision::{CollisionChecker, Placement, Shape};
+use crate::pose::PlanarPose;
+use crate::reeds_shepp::Word;
+
+/// Arcs are tested in pieces no longer than this, m: longer ones sweep more than the vehicle does.
+const PIECE_M: f64 = 0.25;
+
+/// An arc cut into equal pieces, with the shape that each piece sweeps.
+#[derive(Clone, Debug)]
+pub(super) struct SweptArc {
+    arc: Arc,
+    pieces: u32,
+    shape: Shape,
+    /// Middle and end of the first piece, in the frame of its beginning.
+    middle: Point2,
+    step: Placement,
+    /// End of the arc in the frame of its beginning.
+    end: PlanarPose,
+}
+
+impl SweptArc {
+    pub(super) fn new(checker: &CollisionChecker, arc: Arc) -> Self {
+        let origin = PlanarPose::default();
+        let pieces = (arc.length_m.abs() / PIECE_M).ceil().max(1.0);
+        let piece = Arc::new(arc.curvature, arc.length_m / pieces);
+        let piece_end = piece.end(&origin);
+        Self {
+            arc,
+            pieces: pieces as u32,
+            shape: Shape::sweep(&checker.rectangle(), &piece_end),
+            middle: piece.at(&origin, piece.length_m / 2.0).point(),
+            step: Placement::new(&piece_end),
+            end: arc.end(&origin),
+        }
+    }
+
+    pub(super) fn arc(&self) -> Arc {
+        self.arc
+    }
+
+    /// Where the arc ends when it begins at `from`, which is placed at `place`.
+    pub(super) fn end(&self, from: &PlanarPose, place: &Placement) -> PlanarPose {
+        let end = place.to_world(self.end.point());
+        PlanarPose::new(end.x, end.y, from.yaw + self.end.yaw)
+    }
+
+    /// Where what is placed at `place` is placed after the arc.
+    pub(super) fn after(&self, place: &Placement) -> Placement {
+        place.then(&Placement::new(&self.end))
+    }
+
+    /// Whether the arc can be driven from `place`, which is within bounds, keeping `inflation_m` from everything.
+    pub(super) fn is_free(&self, checker: &CollisionChecker, place: &Placement, inflation_m: f64) -> bool {
+        let mut place = *place;
+        (0..self.pieces).all(|_| {
+            // Between these points an arc bulges by less than a millimetre.
+            let next = place.then(&self.step);
+            let free = checker.holds(next.origin())
+                && checker.holds(place.to_world(self.middle))
+                && checker.shape_is_free(&place, &self.shape, inflation_m);
+            place = next;
+            free
+        })
+    }
+}
+
+/// Whether `word` can be driven from `from`, which is within bounds, keeping `inflation_m` from everything.
+pub(super) fn word_is_free(
+    checker: &CollisionChecker,
+    from: &PlanarPose,
+    word: &Word,
+    inflation_m: f64,
+) -> bool {
+    // The joints lie furthest out: most words that fail do so at one.
+    let mut joint = *from;
+    for arc in word.arcs().split_last().map_or(&[][..], |(_, before)| before) {
+        joint = arc.end(&joint);
+        if !checker.is_free(&joint, inflation_m) {
+            return false;
+        }
+    }
+    let mut pose = *from;
+    word.arcs().iter().all(|&arc| {
+        let free = SweptArc::new(checker, arc).is_free(checker, &Placement::new(&pose), inflation_m);
+        pose = arc.end(&pose);
+        free
+    })
+}
+
+/// A steering angle held in one gear: a step of the lattice, and a small one to come close to what blocks the way.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    pub(super) step: SweptArc,
+    creep: SweptArc,
+}
+
+/// Creeps in a step.
+const CREEPS: u32 = 8;
+
+impl Motion {
+    pub(super) fn new(checker: &CollisionChecker, arc: Arc) -> Self {
+        let creep = Arc::new(arc.curvature, arc.length_m / f64::from(CREEPS));
+        Self { step: SweptArc::new(checker, arc), creep: SweptArc::new(checker, creep) }
+    }
+
+    /// How far this motion goes from `place` before something blocks it, with the sign of the gear, m; none if
+    /// nothing does within `steps` steps.
+    pub(super) fn until_blocked(
+        &self,
+        checker: &CollisionChecker,
+        place: &Placement,
+        inflation_m: f64,
+        steps: u32,
+    ) -> Option<f64> {
+        let mut place = *place;
+        for step in 0..steps {
+            if self.step.is_free(checker, &place, inflation_m) {
+                place = self.step.after(&place);
+                continue;
+            }
+            let mut creeps = 0;
+            while creeps < CREEPS && self.creep.is_free(checker, &place, inflation_m) {
+                place = self.creep.after(&place);
+                creeps += 1;
+            }
+            let length_m =
+                self.step.arc().length_m * f64::from(step) + self.creep.arc().length_m * f64::from(creeps);
+            return Some(length_m);
+        }
+        None
+    }
+}
