@@ -23,6 +23,8 @@ use crate::collision::{CollisionChecker, ObstacleError};
 use crate::grid_heuristic::GridHeuristic;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
+use crate::provider::{OutOfRange, out_of_range};
+use crate::tolerance::{END_M, END_RAD};
 use attempt::Costs;
 pub use parameters::SearchParameters;
 pub use path::{CoarsePath, GearPart};
@@ -44,15 +46,8 @@ pub enum SearchError {
     #[error(transparent)]
     Obstacles(#[from] ObstacleError),
     /// A number of the parameters is out of its range.
-    #[error("search parameter `{name}` is {value}, outside its range {allowed}")]
-    Parameter {
-        /// Name of the field.
-        name: &'static str,
-        /// As given.
-        value: f64,
-        /// The range.
-        allowed: &'static str,
-    },
+    #[error(transparent)]
+    Parameter(#[from] OutOfRange),
     /// Start or goal is not finite.
     #[error("the {end} pose ({}, {}, {}) is not finite", .pose.x, .pose.y, .pose.yaw)]
     NotFinite {
@@ -123,44 +118,75 @@ impl std::fmt::Display for End {
     }
 }
 
-/// Searches a path from start to goal of `problem`, whose bounds and obstacles `checker` was made from.
-///
-/// `interruption` is asked every few dozen expansions whether to end early. Once there is a path it is handed out
-/// even then.
-///
-/// # Errors
-/// Input that no path can be searched for, or why none was found.
-pub fn search(
-    problem: &Problem,
-    checker: &CollisionChecker,
-    parameters: &SearchParameters,
-    interruption: &mut dyn FnMut() -> Option<Interruption>,
-) -> Result<CoarsePath, SearchError> {
-    parameters.check()?;
-    check_end(checker, End::Start, problem.start)?;
-    check_end(checker, End::Goal, problem.goal)?;
-    let grid = |target: PlanarPose| {
-        let (resolution_m, radius_m) = (parameters.heuristic_resolution_m, parameters.heuristic_radius_m);
-        GridHeuristic::new(checker, target.point(), resolution_m, radius_m)
-    };
-    let grids = (grid(problem.goal), grid(problem.start));
-    let mut portfolio = Portfolio::new(problem, checker, (&grids.0, &grids.1), parameters);
-    let found = portfolio.run(interruption)?;
-    let costs = Costs::of(parameters);
-    let arcs = shortcut::shortened(
-        checker,
-        &problem.start,
-        &found.arcs,
-        &costs,
-        found.max_curvature,
-        found.inflation_m,
-    );
-    Ok(CoarsePath {
-        parts: path::parts(&problem.start, &problem.goal, &arcs, parameters.pose_spacing_m),
-        cost_m: costs.path(&arcs),
-        inflation_m: found.inflation_m,
-        expansions: portfolio.expansions(),
-    })
+/// A search that is ready to begin.
+#[derive(Debug)]
+pub struct Search<'a> {
+    problem: &'a Problem,
+    checker: &'a CollisionChecker,
+    parameters: &'a SearchParameters,
+    to_goal: GridHeuristic,
+    to_start: GridHeuristic,
+}
+
+impl<'a> Search<'a> {
+    /// Looks at the input and calculates the heuristics of a search from start to goal of `problem`, whose bounds and
+    /// obstacles `checker` was made from.
+    ///
+    /// # Errors
+    /// Input that no path can be searched for.
+    pub fn prepare(
+        problem: &'a Problem,
+        checker: &'a CollisionChecker,
+        parameters: &'a SearchParameters,
+    ) -> Result<Self, SearchError> {
+        if let Some(wrong) = out_of_range(parameters).into_iter().next() {
+            return Err(wrong.into());
+        }
+        check_end(checker, End::Start, problem.start)?;
+        check_end(checker, End::Goal, problem.goal)?;
+        let grid = |target: PlanarPose| {
+            let (resolution_m, radius_m) = (parameters.grid_a_star_xy_resolution, parameters.node_radius);
+            GridHeuristic::new(checker, target.point(), resolution_m, radius_m)
+        };
+        let (to_goal, to_start) = (grid(problem.goal), grid(problem.start));
+        Ok(Self { problem, checker, parameters, to_goal, to_start })
+    }
+
+    /// Searches.
+    ///
+    /// `interruption` is asked every few dozen expansions whether to end early. Once there is a path it is handed out
+    /// even then.
+    ///
+    /// # Errors
+    /// Why no path was found.
+    pub fn run(
+        &self,
+        interruption: &mut dyn FnMut() -> Option<Interruption>,
+    ) -> Result<CoarsePath, SearchError> {
+        let Self { problem, checker, parameters, .. } = *self;
+        if problem.start.distance_m(&problem.goal) <= END_M
+            && problem.start.yaw_to(&problem.goal).abs() <= END_RAD
+        {
+            return Ok(CoarsePath { parts: Vec::new(), cost_m: 0.0, inflation_m: 0.0, expansions: 0 });
+        }
+        let mut portfolio = Portfolio::new(problem, checker, (&self.to_goal, &self.to_start), parameters);
+        let found = portfolio.run(interruption)?;
+        let costs = Costs::of(parameters);
+        let arcs = shortcut::shortened(
+            checker,
+            &problem.start,
+            &found.arcs,
+            &costs,
+            found.max_curvature,
+            found.inflation_m,
+        );
+        Ok(CoarsePath {
+            parts: path::parts(&problem.start, &problem.goal, &arcs, parameters.pose_spacing),
+            cost_m: costs.path(&arcs),
+            inflation_m: found.inflation_m,
+            expansions: portfolio.expansions(),
+        })
+    }
 }
 
 fn check_end(checker: &CollisionChecker, end: End, pose: PlanarPose) -> Result<(), SearchError> {

@@ -35,7 +35,7 @@ pub mod verification;
 pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
 pub use grid_heuristic::GridHeuristic;
-pub use hybrid_a_star::{CoarsePath, GearPart, SearchError, SearchParameters, search};
+pub use hybrid_a_star::{CoarsePath, GearPart, Interruption, Search, SearchError, SearchParameters};
 pub use path_profile::PathProfile;
 pub use planner::{OpenSpaceParameters, Plan, PlanError, Planner, Supervisor};
 pub use pose::{Gear, PlanarPose};

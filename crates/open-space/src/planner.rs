@@ -9,12 +9,13 @@
 
 mod draft;
 mod parameters;
+mod provided;
 mod runs;
 
 use thiserror::Error;
 
-use crate::collision::CollisionChecker;
-use crate::hybrid_a_star::CoarsePath;
+use crate::collision::{CollisionChecker, ObstacleError};
+use crate::hybrid_a_star::{CoarsePath, Interruption, Search, SearchError};
 use crate::problem::Problem;
 use crate::smoother::SmoothingError;
 use crate::speed::SpeedError;
@@ -27,7 +28,9 @@ use runs::Timing;
 /// What the planner is about to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Prepare the obstacles and search a coarse path.
+    /// Prepare the obstacles and calculate the way round them.
+    Heuristic,
+    /// Search a coarse path.
     Search,
     /// Smooth its parts.
     Smoothing,
@@ -39,8 +42,8 @@ pub enum Step {
 
 /// The caller's say while a plan is made. It also owns the clock: the planner has none.
 pub trait Supervisor {
-    /// Asked often, also between the solves; true ends the planning with the best there is.
-    fn stop(&mut self) -> bool;
+    /// Asked often, also between the solves. Out of time, the planner returns the best it has; cancelled, it gives up.
+    fn interruption(&mut self) -> Option<Interruption>;
 
     /// Told when a step begins.
     fn begin(&mut self, _step: Step) {}
@@ -51,8 +54,8 @@ pub trait Supervisor {
 pub struct Unsupervised;
 
 impl Supervisor for Unsupervised {
-    fn stop(&mut self) -> bool {
-        false
+    fn interruption(&mut self) -> Option<Interruption> {
+        None
     }
 }
 
@@ -85,6 +88,8 @@ pub struct Plan {
     pub trajectory: Trajectory,
     /// How far the planner got.
     pub stage: Stage,
+    /// Why nothing of a later stage is returned although there was one: it did not pass the last check.
+    pub held_back: Option<Violation>,
     /// The trajectory in numbers.
     pub measures: Measures,
     /// Parts that could not be smoothed in one piece.
@@ -95,6 +100,14 @@ pub struct Plan {
     pub expansions: usize,
     /// Programs the smoothing solved.
     pub passes: usize,
+}
+
+impl Plan {
+    /// Stops to steer, beside those where the gear changes.
+    #[must_use]
+    pub fn stops(&self) -> usize {
+        self.fallbacks.iter().map(|fallback| fallback.stops).sum()
+    }
 }
 
 /// Why there is no plan.
@@ -110,6 +123,15 @@ pub enum PlanError {
         /// What it must be.
         wanted: &'static str,
     },
+    /// Bounds or obstacles that cannot be.
+    #[error(transparent)]
+    Obstacles(#[from] ObstacleError),
+    /// No path was found, or none can be.
+    #[error(transparent)]
+    Search(SearchError),
+    /// The caller needs no plan any more.
+    #[error("planning was cancelled")]
+    Cancelled,
     /// The vehicle rolls one way and the path begins the other way.
     #[error("the vehicle rolls at {speed_mps:.3} m/s, but the path begins in the other gear; stop first")]
     RollingAgainstGear {
@@ -137,6 +159,22 @@ impl Planner {
         Self { parameters }
     }
 
+    /// Plans a motion from start to rest at the goal of `problem`. A vehicle that stands there already is told to
+    /// stay.
+    ///
+    /// # Errors
+    /// Input that cannot be, no path, an interruption before there was one, a rolling start that the path does not
+    /// allow.
+    pub fn plan(&self, problem: &Problem, supervisor: &mut dyn Supervisor) -> Result<Plan, PlanError> {
+        check_input(problem)?;
+        supervisor.begin(Step::Heuristic);
+        let checker = CollisionChecker::new(problem)?;
+        let search = Search::prepare(problem, &checker, &self.parameters.search)?;
+        supervisor.begin(Step::Search);
+        let coarse = search.run(&mut || supervisor.interruption())?;
+        self.refine(problem, &checker, &coarse, supervisor)
+    }
+
     /// Makes a trajectory of a coarse path that was found for `problem`.
     ///
     /// # Errors
@@ -149,24 +187,54 @@ impl Planner {
         supervisor: &mut dyn Supervisor,
     ) -> Result<Plan, PlanError> {
         check_input(problem)?;
+        let mut patience = Patience { supervisor, is_cancelled: false };
         let mut draft = Draft::new(problem, checker, &self.parameters, coarse);
-        supervisor.begin(Step::Smoothing);
-        let smoothed = draft.smooth(&mut || supervisor.stop());
-        supervisor.begin(Step::Speed);
-        let timed = if smoothed { draft.runs(Timing::Planned, &mut || supervisor.stop())? } else { None };
+        patience.supervisor.begin(Step::Smoothing);
+        let smoothed = draft.smooth(&mut || patience.ends());
+        patience.supervisor.begin(Step::Speed);
+        let timed = if smoothed { draft.runs(Timing::Planned, &mut || patience.ends())? } else { None };
+        if patience.is_cancelled {
+            return Err(PlanError::Cancelled);
+        }
         let (runs, stage) = match (timed, smoothed) {
             (Some(runs), _) => (Some(runs), Stage::Timed),
             (None, true) => (draft.runs(Timing::Quick, &mut || false)?, Stage::Smoothed),
             (None, false) => (None, Stage::Search),
         };
-        supervisor.begin(Step::Check);
-        if let Some(Ok(plan)) = runs.map(|runs| draft.plan(&runs, stage)) {
-            return Ok(plan);
-        }
+        patience.supervisor.begin(Step::Check);
+        let held_back = match runs.map(|runs| draft.plan(&runs, stage)) {
+            Some(Ok(plan)) => return Ok(plan),
+            Some(Err(violation)) => Some(violation),
+            None => None,
+        };
         // Nothing but the arcs of the search: they are free of collisions by construction.
         let draft = Draft::new(problem, checker, &self.parameters, coarse);
         let runs = draft.runs(Timing::Quick, &mut || false)?.unwrap_or_default();
-        Ok(draft.plan(&runs, Stage::Search)?)
+        Ok(Plan { held_back, ..draft.plan(&runs, Stage::Search)? })
+    }
+}
+
+impl From<SearchError> for PlanError {
+    fn from(error: SearchError) -> Self {
+        match error {
+            SearchError::Cancelled { .. } => Self::Cancelled,
+            error => Self::Search(error),
+        }
+    }
+}
+
+/// A supervisor while a path is refined, and whether it has cancelled.
+struct Patience<'a> {
+    supervisor: &'a mut dyn Supervisor,
+    is_cancelled: bool,
+}
+
+impl Patience<'_> {
+    /// Whether to make do with what there is.
+    fn ends(&mut self) -> bool {
+        let interruption = self.supervisor.interruption();
+        self.is_cancelled |= interruption == Some(Interruption::Cancelled);
+        interruption.is_some()
     }
 }
 

@@ -25,9 +25,9 @@ pub(super) struct Costs {
 impl Costs {
     pub(super) fn of(parameters: &SearchParameters) -> Self {
         Self {
-            gear_change_m: parameters.gear_change_penalty_m,
-            reverse_start_m: parameters.reverse_start_penalty_m,
-            reverse_factor: parameters.reverse_penalty,
+            gear_change_m: parameters.gear_switch_penalty,
+            reverse_start_m: parameters.reverse_start_penalty,
+            reverse_factor: parameters.back_penalty,
             weight: parameters.heuristic_weight,
         }
     }

@@ -62,7 +62,7 @@ impl<'a> Portfolio<'a> {
         parameters: &'a SearchParameters,
     ) -> Self {
         let room = checker.clearance_m(&problem.start).min(checker.clearance_m(&problem.goal)) * END_SHARE;
-        let mut inflations_m: Vec<f64> = parameters.inflations_m.iter().map(|m| m.min(room)).collect();
+        let mut inflations_m: Vec<f64> = parameters.inflations_m().map(|m| m.min(room)).collect();
         inflations_m.dedup();
         Self { problem, checker, grids, parameters, inflations_m, members: Vec::new() }
     }
@@ -126,13 +126,13 @@ impl<'a> Portfolio<'a> {
     fn add_one(&mut self, level: usize, margin: usize, backwards: bool) {
         let parameters = self.parameters;
         let finer = f64::from(1_u32 << level.saturating_sub(1));
-        let ratio = if margin == 0 { parameters.curvature_ratio } else { 1.0 };
-        let xy_resolution_m = parameters.xy_resolution_m / finer;
+        let ratio = if margin == 0 { parameters.traj_kappa_constraint_ratio } else { 1.0 };
+        let xy_resolution_m = parameters.xy_grid_resolution / finer;
         let plan = Plan {
             xy_resolution_m,
-            yaw_resolution_rad: parameters.yaw_resolution_rad / finer,
+            yaw_resolution_rad: parameters.phi_grid_resolution / finer,
             arc_length_m: std::f64::consts::SQRT_2 * xy_resolution_m,
-            steerings: parameters.steerings,
+            steerings: parameters.steerings(),
             max_curvature: self.problem.vehicle.max_curvature() * ratio,
             inflation_m: self.inflations_m[margin],
             looks_for_contact: level > 0,
@@ -140,7 +140,7 @@ impl<'a> Portfolio<'a> {
         };
         let grid = if backwards { self.grids.1 } else { self.grids.0 };
         let ends = (self.problem.start, self.problem.goal);
-        let limits = (parameters.extra_expansions, parameters.max_queue);
+        let limits = (parameters.extra_expansions as usize, parameters.max_queue as usize);
         let attempt = Attempt::new(self.checker, grid, plan, Costs::of(parameters), ends, limits);
         self.members.push(Member { attempt, level, margin, progress: Progress::Open });
     }
@@ -188,7 +188,7 @@ impl<'a> Portfolio<'a> {
                 Some(Interruption::OutOfTime) => return Err(SearchError::OutOfTime { expansions }),
                 None => {}
             }
-            let left = self.parameters.max_expansions.saturating_sub(expansions);
+            let left = (self.parameters.max_expansions as usize).saturating_sub(expansions);
             if left == 0 {
                 return Err(SearchError::OutOfExpansions { expansions });
             }
@@ -203,7 +203,7 @@ impl<'a> Portfolio<'a> {
     /// Gives every search with a path what it may still expand.
     fn improve(&mut self, interruption: &mut dyn FnMut() -> Option<Interruption>) {
         for at in 0..self.members.len() {
-            let _ = self.advance(at, self.parameters.extra_expansions, interruption);
+            let _ = self.advance(at, self.parameters.extra_expansions as usize, interruption);
         }
     }
 

@@ -44,12 +44,13 @@ fn stall(start: PlanarPose) -> Problem {
 }
 
 fn run(problem: &Problem, parameters: &SearchParameters) -> Result<CoarsePath, SearchError> {
-    search(problem, &CollisionChecker::new(problem).unwrap(), parameters, &mut || None)
+    let checker = CollisionChecker::new(problem).unwrap();
+    Search::prepare(problem, &checker, parameters)?.run(&mut || None)
 }
 
 /// As the regression figures were calculated: full steering, exact footprint.
 fn exact() -> SearchParameters {
-    SearchParameters { curvature_ratio: 1.0, inflations_m: vec![0.0], ..SearchParameters::default() }
+    SearchParameters { traj_kappa_constraint_ratio: 1.0, clearance: 0.0, ..SearchParameters::default() }
 }
 
 /// What every path promises.
@@ -171,13 +172,16 @@ fn a_goal_behind_walls_is_given_up() {
 fn the_caller_can_interrupt() {
     let tight = scenes::scene(scenes::SceneKind::UTurn, 0.9, 5, 0).problem;
     let checker = CollisionChecker::new(&tight).unwrap();
+    let parameters = SearchParameters::default();
     for (cause, cancelled) in [(Interruption::Cancelled, true), (Interruption::OutOfTime, false)] {
         let mut questions = 0;
-        let error = search(&tight, &checker, &SearchParameters::default(), &mut || {
-            questions += 1;
-            (questions > 2).then_some(cause)
-        })
-        .unwrap_err();
+        let search = Search::prepare(&tight, &checker, &parameters).unwrap();
+        let error = search
+            .run(&mut || {
+                questions += 1;
+                (questions > 2).then_some(cause)
+            })
+            .unwrap_err();
         match error {
             SearchError::Cancelled { expansions } => assert!(cancelled && expansions <= 100),
             SearchError::OutOfTime { expansions } => assert!(!cancelled && expansions <= 100),
@@ -190,21 +194,30 @@ fn the_caller_can_interrupt() {
 #[test]
 fn parameters_out_of_range_are_named() {
     type Change = fn(&mut SearchParameters);
-    let cases: [(&str, Change); 8] = [
-        ("xy_resolution_m", |p| p.xy_resolution_m = 0.0),
-        ("yaw_resolution_rad", |p| p.yaw_resolution_rad = f64::NAN),
-        ("steerings", |p| p.steerings = 4),
-        ("curvature_ratio", |p| p.curvature_ratio = 1.1),
-        ("inflations_m", |p| p.inflations_m = vec![0.1, 0.2]),
-        ("inflations_m", |p| p.inflations_m.clear()),
-        ("inflations_m", |p| p.inflations_m = vec![-0.1]),
-        ("pose_spacing_m", |p| p.pose_spacing_m = 0.0),
+    let cases: [(&str, Change); 6] = [
+        ("xy_grid_resolution", |p| p.xy_grid_resolution = 0.0),
+        ("phi_grid_resolution", |p| p.phi_grid_resolution = f64::NAN),
+        ("next_node_num", |p| p.next_node_num = 5),
+        ("traj_kappa_constraint_ratio", |p| p.traj_kappa_constraint_ratio = 1.1),
+        ("clearance", |p| p.clearance = -0.1),
+        ("pose_spacing", |p| p.pose_spacing = 0.0),
     ];
     for (name, change) in cases {
         let mut parameters = SearchParameters::default();
         change(&mut parameters);
         let error = run(&stall(PlanarPose::new(-4.0, 3.0, 0.0)), &parameters).unwrap_err();
-        assert!(matches!(error, SearchError::Parameter { name: n, .. } if n == name), "{name}: {error}");
+        assert!(
+            matches!(&error, SearchError::Parameter(wrong) if wrong.parameter == name),
+            "{name}: {error}"
+        );
+    }
+}
+
+#[test]
+fn straight_on_is_always_one_of_the_motions() {
+    for (next_node_num, steerings) in [(6, 3), (7, 3), (8, 3), (10, 5), (12, 5), (14, 7), (42, 21)] {
+        let parameters = SearchParameters { next_node_num, ..SearchParameters::default() };
+        assert_eq!(parameters.steerings(), steerings, "{next_node_num}");
     }
 }
 

@@ -9,7 +9,7 @@ use crate::path_profile::PathProfile;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
 use crate::smoother::{SmoothingError, smooth_part};
-use crate::speed::SpeedState;
+use crate::speed::{SpeedError, SpeedState};
 use crate::verification::{Violation, verify};
 
 /// Passes spent on a part with all its pieces, in units of those allowed for one.
@@ -98,6 +98,10 @@ impl<'a> Draft<'a> {
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<Option<Vec<Run>>, PlanError> {
         let mut runs = Vec::new();
+        let speed_mps = self.problem.start_speed_mps;
+        if speed_mps != 0.0 && self.paths.iter().all(Vec::is_empty) {
+            return Err(SpeedError::CannotStop { speed_mps: speed_mps.abs(), length_m: 0.0 }.into());
+        }
         for path in self.paths.iter().flatten() {
             if stop() {
                 return Ok(None);
@@ -128,6 +132,7 @@ impl<'a> Draft<'a> {
         Ok(Plan {
             trajectory,
             stage,
+            held_back: None,
             measures,
             fallbacks: self.fallbacks.clone(),
             coarse_length_m: self.coarse.length_m(),

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::hybrid_a_star::SearchParameters;
 use crate::problem::Limits;
 use crate::provider::{OutOfRange, out_of_range};
 use crate::smoother::SmootherParameters;
@@ -14,6 +15,8 @@ use crate::speed::SpeedParameters;
 pub struct OpenSpaceParameters {
     /// Limits of the motion, where the problem has none of its own.
     pub limits: LimitParameters,
+    /// Search of a coarse path.
+    pub search: SearchParameters,
     /// Smoothing of the coarse path.
     pub smoother: SmootherParameters,
     /// Speed along the smooth path.
@@ -26,6 +29,7 @@ impl OpenSpaceParameters {
     pub fn out_of_range(&self) -> Vec<OutOfRange> {
         let groups = [
             ("limits", out_of_range(&self.limits)),
+            ("search", out_of_range(&self.search)),
             ("smoother", out_of_range(&self.smoother)),
             ("speed", out_of_range(&self.speed)),
         ];
@@ -102,13 +106,20 @@ mod tests {
     fn all_numbers_out_of_range_are_named_at_once() {
         let mut parameters = OpenSpaceParameters::default();
         parameters.limits.max_jerk = f64::NAN;
+        parameters.search.next_node_num = 4;
         parameters.smoother.default_bound = 0.0;
         parameters.smoother.max_passes = 0;
         parameters.speed.ref_s_weight = -1.0;
         let names: Vec<_> = parameters.out_of_range().into_iter().map(|found| found.parameter).collect();
         assert_eq!(
             names,
-            ["limits.max_jerk", "smoother.default_bound", "smoother.max_passes", "speed.ref_s_weight"]
+            [
+                "limits.max_jerk",
+                "search.next_node_num",
+                "smoother.default_bound",
+                "smoother.max_passes",
+                "speed.ref_s_weight"
+            ]
         );
     }
 
@@ -117,6 +128,7 @@ mod tests {
     fn every_number_has_a_text_and_a_range() {
         for schema in [
             schemars::schema_for!(LimitParameters).to_value(),
+            schemars::schema_for!(SearchParameters).to_value(),
             schemars::schema_for!(SmootherParameters).to_value(),
             schemars::schema_for!(SpeedParameters).to_value(),
         ] {

@@ -4,7 +4,7 @@ use motion::VehicleInfo;
 
 use crate::hybrid_a_star::GearPart;
 use crate::path_profile::PathProfile;
-use crate::pose::Gear;
+use crate::pose::{Gear, PlanarPose};
 use crate::problem::{Limits, Problem};
 use crate::speed::{
     SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState, plan_speed, rest_to_rest,
@@ -95,6 +95,9 @@ pub(super) fn arcs_of(part: &GearPart) -> Vec<PathProfile> {
 /// Joins runs, each beginning where the one before ends: between two of them the vehicle stands until its front wheels
 /// are where the next one begins.
 pub(super) fn join(runs: &[Run], problem: &Problem) -> Trajectory {
+    if runs.is_empty() {
+        return stay(problem.start);
+    }
     let mut points = Vec::new();
     let mut begin_s = 0.0;
     for (k, run) in runs.iter().enumerate() {
@@ -109,6 +112,20 @@ pub(super) fn join(runs: &[Run], problem: &Problem) -> Trajectory {
         }
     }
     Trajectory { points }
+}
+
+/// Standing where the vehicle stands.
+fn stay(pose: PlanarPose) -> Trajectory {
+    let point = |time_s| TrajectoryPoint {
+        time_s,
+        pose,
+        curvature: 0.0,
+        speed_mps: 0.0,
+        acceleration_mps2: 0.0,
+        steer_rad: 0.0,
+        gear: Gear::Forward,
+    };
+    Trajectory { points: vec![point(0.0), point(MAX_INTERVAL_S)] }
 }
 
 fn add_run(points: &mut Vec<TrajectoryPoint>, run: &Run, begin_s: f64, vehicle: &VehicleInfo) {

@@ -10,19 +10,28 @@ use crate::collision::Rectangle;
 use crate::manoeuvre::manoeuvre;
 use crate::pose::{Gear, PlanarPose};
 use crate::problem::Limits;
+use crate::provider::{PlanFailure, ProblemPlanner};
+use crate::scenes::{self, SceneKind};
 use crate::verification::verify;
 
-/// Says stop from the given question on, and remembers the steps.
-struct Patience {
+/// Interrupts from the given question on, and remembers the steps.
+struct Watch {
     answers: usize,
+    interruption: Interruption,
     steps: Vec<Step>,
 }
 
-impl Supervisor for Patience {
-    fn stop(&mut self) -> bool {
-        let stop = self.answers == 0;
+impl Watch {
+    fn ending_after(answers: usize) -> Self {
+        Self { answers, interruption: Interruption::OutOfTime, steps: Vec::new() }
+    }
+}
+
+impl Supervisor for Watch {
+    fn interruption(&mut self) -> Option<Interruption> {
+        let ends = self.answers == 0;
         self.answers = self.answers.saturating_sub(1);
-        stop
+        ends.then_some(self.interruption)
     }
 
     fn begin(&mut self, step: Step) {
@@ -45,7 +54,7 @@ fn easy() -> (Problem, CoarsePath) {
 #[test]
 fn a_plan_goes_all_the_way() {
     let (problem, path) = easy();
-    let mut supervisor = Patience { answers: usize::MAX, steps: Vec::new() };
+    let mut supervisor = Watch::ending_after(usize::MAX);
     let plan = refine(&problem, &path, &mut supervisor).unwrap();
     assert_eq!(supervisor.steps, [Step::Smoothing, Step::Speed, Step::Check]);
     assert_eq!((plan.stage, plan.fallbacks.len(), plan.passes), (Stage::Timed, 0, 3));
@@ -81,7 +90,7 @@ fn stopped_at_any_time_there_is_something_to_drive() {
     let complete = refine(&problem, &path, &mut Unsupervised).unwrap();
     let (mut stages, mut durations) = (Vec::new(), Vec::new());
     for answers in 0.. {
-        let plan = refine(&problem, &path, &mut Patience { answers, steps: Vec::new() }).unwrap();
+        let plan = refine(&problem, &path, &mut Watch::ending_after(answers)).unwrap();
         assert_eq!(verify(&plan.trajectory, &problem, &checker), Ok(plan.measures));
         if stages.last() != Some(&plan.stage) {
             stages.push(plan.stage);
@@ -133,6 +142,121 @@ fn a_part_that_cannot_be_smoothed_is_driven_with_stops_between_its_arcs() {
     assert!((plan.measures.length_m - 5.0).abs() < 0.01);
     let stops = plan.trajectory.points.windows(2).filter(|p| p[0].speed_mps > 0.0 && p[1].speed_mps == 0.0);
     assert_eq!(stops.count(), plan.fallbacks[0].stops + 1, "those on the way and the one at the goal");
+}
+
+/// Tail first into a slot.
+fn slot() -> Problem {
+    scenes::scene(SceneKind::PerpendicularReverse, 0.3, 3, 0).problem
+}
+
+fn plan(problem: &Problem, supervisor: &mut dyn Supervisor) -> Result<Plan, PlanError> {
+    Planner::new(OpenSpaceParameters::default()).plan(problem, supervisor)
+}
+
+#[test]
+fn a_problem_is_planned_from_start_to_goal() {
+    let problem = slot();
+    let mut watch = Watch::ending_after(usize::MAX);
+    let found = plan(&problem, &mut watch).unwrap();
+    assert_eq!(watch.steps, [Step::Heuristic, Step::Search, Step::Smoothing, Step::Speed, Step::Check]);
+    assert_eq!((found.stage, found.held_back), (Stage::Timed, None));
+    assert!(found.expansions > 0 && found.coarse_length_m > 0.0);
+    let checker = CollisionChecker::new(&problem).unwrap();
+    assert_eq!(verify(&found.trajectory, &problem, &checker), Ok(found.measures));
+    assert_eq!(found, plan(&problem, &mut Unsupervised).unwrap(), "the same plan every time");
+}
+
+#[test]
+fn an_end_of_time_gives_the_best_there_is_and_cancelling_nothing() {
+    let problem = slot();
+    let checker = CollisionChecker::new(&problem).unwrap();
+    let mut stages = Vec::new();
+    for answers in 0.. {
+        let cancelled = plan(
+            &problem,
+            &mut Watch { interruption: Interruption::Cancelled, ..Watch::ending_after(answers) },
+        );
+        match plan(&problem, &mut Watch::ending_after(answers)) {
+            Ok(found) => {
+                assert_eq!(verify(&found.trajectory, &problem, &checker), Ok(found.measures));
+                stages.push(Some(found.stage));
+            }
+            Err(error) => {
+                assert!(matches!(error, PlanError::Search(SearchError::OutOfTime { .. })), "{error}");
+                stages.push(None);
+            }
+        }
+        if cancelled.is_ok() {
+            break;
+        }
+        assert_eq!(cancelled, Err(PlanError::Cancelled));
+    }
+    assert!(stages.is_sorted(), "{stages:?}");
+    stages.dedup();
+    let stage = Some;
+    assert_eq!(stages, [None, stage(Stage::Search), stage(Stage::Smoothed), stage(Stage::Timed)]);
+}
+
+#[test]
+fn a_vehicle_at_its_goal_stays() {
+    let mut problem = slot();
+    problem.start = problem.goal;
+    let found = plan(&problem, &mut Unsupervised).unwrap();
+    assert_eq!((found.measures.length_m, found.measures.gear_changes, found.stage), (0.0, 0, Stage::Timed));
+    assert!(found.trajectory.points.iter().all(|point| point.pose == problem.goal && point.speed_mps == 0.0));
+    problem.start_speed_mps = 0.5;
+    let error = plan(&problem, &mut Unsupervised).unwrap_err();
+    assert!(matches!(error, PlanError::Speed(SpeedError::CannotStop { .. })), "{error}");
+}
+
+#[test]
+fn every_failure_has_its_reason() {
+    type Change = fn(&mut Problem);
+    type Is = fn(&PlanError) -> bool;
+    let cases: [(Change, Is); 6] = [
+        (|p| p.start.y = f64::NAN, |e| matches!(e, PlanError::Input { field: "start.y", .. })),
+        (|p| p.bounds = [1.0, 0.0, 0.0, 1.0], |e| matches!(e, PlanError::Obstacles(_))),
+        (|p| p.obstacles.push(vec![Point2::new(f64::NAN, 0.0)]), |e| matches!(e, PlanError::Obstacles(_))),
+        (
+            |p| p.obstacles.push(vec![p.goal.point(), p.start.point()]),
+            |e| matches!(e, PlanError::Search(SearchError::InCollision { .. })),
+        ),
+        (
+            |p| p.goal.x = p.bounds[1] + 1.0,
+            |e| matches!(e, PlanError::Search(SearchError::OutsideBounds { .. })),
+        ),
+        // No goal to reach: a ring of walls about the start.
+        (enclose, |e| matches!(e, PlanError::Search(SearchError::Exhausted { .. }))),
+    ];
+    for (change, is_expected) in cases {
+        let mut problem = slot();
+        change(&mut problem);
+        let error = plan(&problem, &mut Unsupervised).unwrap_err();
+        assert!(is_expected(&error), "{error}");
+        let failure = Planner::new(OpenSpaceParameters::default()).provide(&problem, false).unwrap_err();
+        let is_input = matches!(error, PlanError::Input { .. });
+        assert_eq!(matches!(failure, PlanFailure::InputNotReady { .. }), is_input, "{failure}");
+        assert_eq!(matches!(failure, PlanFailure::Search { .. }), !is_input, "{failure}");
+    }
+    let cancelled = Planner::new(OpenSpaceParameters::default()).provide(&slot(), true);
+    assert_eq!(cancelled, Err(PlanFailure::Cancelled));
+}
+
+impl Planner {
+    /// As the provider asks.
+    fn provide(&mut self, problem: &Problem, cancelled: bool) -> Result<Trajectory, PlanFailure> {
+        ProblemPlanner::plan(self, problem, &|| cancelled)
+    }
+}
+
+fn enclose(problem: &mut Problem) {
+    let (x, y) = (problem.start.x, problem.start.y);
+    let corners = [(-7.0, -7.0), (7.0, -7.0), (7.0, 7.0), (-7.0, 7.0), (-7.0, -7.0)];
+    // The goal lies outside of the ring.
+    problem.goal = PlanarPose::new(x + 30.0, y, problem.start.yaw);
+    problem.bounds = [x - 60.0, x + 60.0, y - 60.0, y + 60.0];
+    let ring = corners.iter().map(|(dx, dy)| Point2::new(x + dx, y + dy)).collect::<Vec<_>>();
+    problem.obstacles = vec![ring[..3].to_vec(), ring[2..].to_vec()];
 }
 
 /// Curvature of the default vehicle at full lock.
@@ -215,7 +339,7 @@ proptest! {
             max_steer_rate_rps: steer_rate,
         };
         let answers = stop_after.unwrap_or(usize::MAX);
-        let plan = refine(&problem, &path, &mut Patience { answers, steps: Vec::new() });
+        let plan = refine(&problem, &path, &mut Watch::ending_after(answers));
         prop_assert!(plan.is_ok(), "{plan:?}");
         let plan = plan.unwrap();
         prop_assert_eq!(plan.measures.gear_changes, path.gear_changes());

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use motion::{Point2, VehicleDimensions, VehicleInfo};
-use open_space::{Arc, CoarsePath, Gear, GearPart, Limits, PlanarPose, Problem};
+use open_space::{Arc, CoarsePath, GearPart, Limits, PlanarPose, Problem};
 use serde_json::Value;
 
 /// A scene and what is known about it.
@@ -14,6 +14,8 @@ pub(crate) struct Scene {
     pub(crate) problem: Problem,
     /// The best path known: arcs within the curvature limit, often at it, with a centimetre of clearance.
     pub(crate) best: Option<CoarsePath>,
+    /// Changes of gear of the path with the fewest of them that is known.
+    pub(crate) fewest_gear_changes: Option<u64>,
 }
 
 /// All scenes by name, or none with a word about it where the data is absent.
@@ -41,7 +43,7 @@ fn read(folder: &Path, entry: &Value) -> Scene {
         let inflation_m = (number(&entry["clearance_m"]) - 0.003).max(0.0);
         coarse_path(&problem, arcs, inflation_m)
     });
-    Scene { name, problem, best }
+    Scene { name, problem, best, fewest_gear_changes: entry["fewest_gear_changes"].as_u64() }
 }
 
 fn coarse_path(problem: &Problem, arcs: impl Iterator<Item = Arc>, inflation_m: f64) -> CoarsePath {
@@ -134,9 +136,4 @@ fn limits(number: &impl Fn(&str) -> Option<f64>) -> Limits {
         *field = number(name).unwrap_or(*field);
     }
     limits
-}
-
-/// Gears as single letters, for tables.
-pub(crate) fn letters(path: &CoarsePath) -> String {
-    path.parts.iter().map(|part| if part.gear == Gear::Forward { 'f' } else { 'r' }).collect()
 }
