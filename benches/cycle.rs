@@ -128,6 +128,7 @@ fn measure(threads: usize) -> Vec<Sample> {
         ),
         interface: Interface::V0_53,
         published_times: PublishedTimes::Measured,
+        count_allocations: None,
     };
     let system = SelectorSystem::start(config, Box::new(Stopwatch(sender))).unwrap();
     for input in [

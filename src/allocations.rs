@@ -25,6 +25,12 @@ pub fn start_counting() {
     COUNTING.store(true, Ordering::Relaxed);
 }
 
+/// Whether anybody asked for counting.
+#[must_use]
+pub fn is_counting() -> bool {
+    COUNTING.load(Ordering::Relaxed)
+}
+
 /// Requests for memory since counting began, by all threads. 0 if the program does not use [`CountingAllocator`].
 #[must_use]
 pub fn of_all_threads() -> u64 {

@@ -9,6 +9,7 @@ pub mod doctor;
 pub mod explain;
 pub mod failure;
 pub mod node;
+pub mod profile;
 pub mod replay;
 pub mod verify;
 
@@ -52,6 +53,8 @@ pub enum Command {
     Node(node::NodeArguments),
     /// Run a recorded drive through the node.
     Replay(replay::ReplayArguments),
+    /// Show where the time goes in a recorded drive, and hold two such profiles against each other.
+    Profile(profile::ProfileArguments),
     /// Check parameter files and maps: all problems at once.
     Check(CheckArguments),
     /// Tell why each candidate of one cycle of a drive was accepted or rejected.
@@ -70,6 +73,7 @@ impl Command {
             Self::Node(_) => "node",
             Self::Demo(_) => "demo",
             Self::Replay(_) => "replay",
+            Self::Profile(_) => "profile",
             Self::Check(_) => "check",
             Self::Explain(_) => "explain",
             Self::Doctor => "doctor",
@@ -167,6 +171,7 @@ pub fn main() -> u8 {
         }
         Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
+        Command::Profile(arguments) => return answer_profile(&arguments, cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
         Command::Doctor => return answer_doctor(cli.json),
@@ -188,19 +193,46 @@ fn answer_failure(command: &'static str, failure: Failure, json: bool) -> u8 {
 
 fn answer_explain(arguments: &explain::ExplainArguments, json: bool) -> u8 {
     match explain::run(arguments) {
-        Ok(explanation) => answer_report("explain", Vec::new(), &explanation, json),
+        Ok(explanation) => answer_report("explain", Vec::new(), Vec::new(), &explanation, json),
         Err(failure) => answer_failure("explain", failure, json),
     }
+}
+
+fn answer_profile(arguments: &profile::ProfileArguments, json: bool) -> u8 {
+    if !arguments.compare.is_empty() {
+        return match profile::compare(&arguments.compare) {
+            Ok((comparison, warnings)) => {
+                warnings.iter().for_each(tell);
+                answer_report("profile", Vec::new(), warnings, &comparison, json)
+            }
+            Err(failure) => answer_failure("profile", failure, json),
+        };
+    }
+    match profile::run(arguments) {
+        Ok(report) => answer_measured(&report.summary.common, &report, json),
+        Err(failure) => answer_failure("profile", failure, json),
+    }
+}
+
+/// A report with a summary of its own is the answer.
+fn answer_measured<R: Serialize + Display>(common: &Common, report: &R, json: bool) -> u8 {
+    common.warnings.iter().chain(&common.errors).for_each(tell);
+    print_json_if(json, report);
+    if !json {
+        print(&report.to_string());
+    }
+    common.exit_code
 }
 
 /// A report is the answer, whether the command is content with it or not.
 fn answer_report<R: Serialize + Display>(
     command: &'static str,
     errors: Vec<Failure>,
+    warnings: Vec<Failure>,
     report: &R,
     json: bool,
 ) -> u8 {
-    let common = Common::new(command, errors, Vec::new());
+    let common = Common::new(command, errors, warnings);
     let exit_code = common.exit_code;
     if json {
         print_json_if(true, &Answer { common, report });
@@ -243,7 +275,7 @@ fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
     } else {
         vec![Failure::settings(format!("{problems} problems in {} files", report.files.len()))]
     };
-    answer_report("check", errors, &report, json)
+    answer_report("check", errors, Vec::new(), &report, json)
 }
 
 fn answer_doctor(json: bool) -> u8 {
@@ -283,7 +315,7 @@ fn answer_verify(arguments: VerifyArguments, json: bool) -> u8 {
         _ => vec![Failure::requirement("verdicts differ that are not listed as deviations".to_owned())],
     };
     errors.iter().for_each(tell);
-    answer_report("verify", errors, &report, json)
+    answer_report("verify", errors, Vec::new(), &report, json)
 }
 
 /// The result of a command beside what every command says.

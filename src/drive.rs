@@ -180,6 +180,18 @@ impl Drive {
         self.end
     }
 
+    /// Anchors per second of the recording; `None` if there are too few to tell.
+    #[must_use]
+    pub fn anchor_rate_hz(&self) -> Option<f64> {
+        let connections = self.reader.connections().iter().zip(&self.inputs);
+        let anchors: u64 = connections
+            .filter(|(_, input)| **input == Some(InputTopic::Generative))
+            .map(|(connection, _)| connection.message_count)
+            .sum();
+        let span_s = (self.end.nanoseconds() - self.start.nanoseconds()) as f64 * 1e-9;
+        (anchors > 1 && span_s > 0.0).then(|| anchors as f64 / span_s)
+    }
+
     /// What is odd about the recording although it can be read.
     #[must_use]
     pub fn warnings(&self) -> &[BagError] {

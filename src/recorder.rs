@@ -1,16 +1,20 @@
-//! The way out into a file: writes what the node publishes, and counts it.
+//! The way out into a file: writes what the node publishes, and counts it. Also the way out where nothing is written:
+//! then it only counts, and keeps times for whoever measures.
 
 use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
 use crate::report::markers::{MarkerTopic, Markers};
 use crate::report::page::Page;
+use crate::report::samples::Samples;
 use crate::report::statistics::Statistics;
 use messages::visualization_msgs::MarkerArray;
 use messages::{Interface, Message};
+use crate::report::trace::Trace;
 use selector_actors::cycle::{CycleReport, CycleTimes};
-use selector_actors::{OutputTopic, Publication, Sink, SinkError};
+use selector_actors::{Outcome, OutputTopic, Publication, Sink, SinkError};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// What the recorder has so far; shared with whoever runs the node, because the node owns the recorder.
 #[derive(Debug, Default)]
@@ -23,6 +27,16 @@ pub struct Recording {
     pub page: Option<Page>,
     /// Draws into the file, if that is wanted.
     pub markers: Option<Markers>,
+    /// The time of every stage of every cycle, if wanted.
+    pub samples: Option<Samples>,
+    /// The trace, if one is wanted.
+    pub trace: Option<Trace>,
+    /// Cycles that ended later than this after their trigger, or were cut, count as missed.
+    pub deadline: Option<Duration>,
+    /// Cycles that missed the deadline.
+    pub missed: u64,
+    /// Everything published is encoded as this, as if all outputs had a subscriber, and then dropped.
+    pub encode_as: Option<Interface>,
     watch: Option<u64>,
     writer: Option<Writer>,
 }
@@ -118,7 +132,12 @@ impl Writer {
 
 impl Sink for Recorder {
     fn publish(&mut self, publication: Publication) -> Result<(), SinkError> {
-        match &mut self.lock().writer {
+        let mut recording = self.lock();
+        if let Some(interface) = recording.encode_as {
+            // Kept from being optimised away: the cost is what is wanted.
+            std::hint::black_box(publication.message.to_cdr(interface));
+        }
+        match &mut recording.writer {
             Some(writer) => writer.write(&publication).map_err(|error| SinkError(Arc::new(error))),
             None => Ok(()),
         }
@@ -132,6 +151,16 @@ impl Sink for Recorder {
             let _ = writer.draw(markers, report);
         }
         recording.statistics.add(report, times);
+        if let Some(deadline) = recording.deadline {
+            let is_cut = matches!(&report.outcome, Outcome::Judged(judged) if judged.not_judged() > 0);
+            recording.missed += u64::from(is_cut || times.cycle > deadline);
+        }
+        if let Some(samples) = &mut recording.samples {
+            samples.add(report, times);
+        }
+        if let Some(trace) = &mut recording.trace {
+            trace.add(report, times);
+        }
         if let Some(page) = &mut recording.page {
             page.add(report, times);
         }

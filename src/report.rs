@@ -1,5 +1,6 @@
 //! What a person or a script looks at after a run.
 
+pub mod comparison;
 pub mod explanation;
 pub mod filter_pictures;
 pub mod markers;
@@ -7,7 +8,10 @@ pub mod page;
 pub mod picture;
 mod road;
 mod road_users;
+pub mod samples;
+pub mod stages;
 pub mod statistics;
 pub mod summary;
 pub mod table;
-mod usage;
+pub mod trace;
+pub(crate) mod usage;

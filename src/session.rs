@@ -4,6 +4,7 @@
 //! message sets off has happened before the next one is delivered. So the outputs depend on the drive and the settings
 //! alone, not on the threads that judge or the speed of the machine.
 
+use crate::allocations;
 use crate::commands::Failure;
 use crate::drive::{Event, TimedInput};
 use crate::recorder::Recorder;
@@ -108,11 +109,37 @@ impl Session {
         settings: &Settings,
         events: impl Iterator<Item = Event> + Send,
     ) -> Result<Ended, Failure> {
-        let started = Instant::now();
         let recorder = match &self.output {
             Some(path) => Recorder::writing(path, self.interface)?,
             None => Recorder::counting(),
         };
+        self.run_into(&recorder, settings, events, |events, take| read_ahead(events, take))
+    }
+
+    /// The same with a recorder of the caller's. Events are read between cycles, so that reading takes no processor
+    /// from judging.
+    ///
+    /// # Errors
+    /// The node cannot be started.
+    pub fn measure(
+        self,
+        recorder: &Recorder,
+        settings: &Settings,
+        events: impl Iterator<Item = Event>,
+    ) -> Result<Ended, Failure> {
+        self.run_into(recorder, settings, events, |mut events, take| {
+            events.all(take);
+        })
+    }
+
+    fn run_into<E: Iterator<Item = Event>>(
+        self,
+        recorder: &Recorder,
+        settings: &Settings,
+        events: E,
+        play: impl FnOnce(E, &mut dyn FnMut(Event) -> bool),
+    ) -> Result<Ended, Failure> {
+        let started = Instant::now();
         if let Some(cycle) = self.watch {
             recorder.watch(cycle);
         }
@@ -129,7 +156,15 @@ impl Session {
         if let Some(map) = self.map.clone() {
             player.stopped = system.deliver(Input::ReadyMap(map, "map".into())).err().map(Failure::from);
         }
-        play(&mut player, &recorder, events);
+        play(events, &mut |event| {
+            // Nothing that comes after the watched cycle changes it.
+            if player.stopped.is_some() || recorder.lock().watched.is_some() {
+                return false;
+            }
+            player.take(event, recorder);
+            true
+        });
+        player.bar.finish_and_clear();
         let Player { messages, mut warnings, malformed, stopped, .. } = player;
         let mut errors: Vec<Failure> = stopped.into_iter().collect();
         let coalesced = match system.stop() {
@@ -192,6 +227,7 @@ impl Session {
                 Rate::Max => PublishedTimes::Zero,
                 Rate::Times(_) => PublishedTimes::Measured,
             },
+            count_allocations: Some(allocations::of_this_thread),
         })
     }
 }
@@ -231,8 +267,8 @@ fn nothing_decoded(messages: &BTreeMap<String, Received>, interface: Interface) 
     )))
 }
 
-/// Delivers events in order; a reading thread stays ahead by a bounded number of them.
-fn play(player: &mut Player<'_>, recorder: &Recorder, events: impl Iterator<Item = Event> + Send) {
+/// Hands events over in order until they are refused; a reading thread stays ahead by a bounded number of them.
+fn read_ahead(events: impl Iterator<Item = Event> + Send, take: &mut dyn FnMut(Event) -> bool) {
     let (sender, receiver) = bounded(READ_AHEAD);
     std::thread::scope(|scope| {
         scope.spawn(move || {
@@ -244,14 +280,11 @@ fn play(player: &mut Player<'_>, recorder: &Recorder, events: impl Iterator<Item
             }
         });
         for event in receiver {
-            // Nothing that comes after the watched cycle changes it.
-            if player.stopped.is_some() || recorder.lock().watched.is_some() {
+            if !take(event) {
                 break;
             }
-            player.take(event, recorder);
         }
     });
-    player.bar.finish_and_clear();
 }
 
 /// Feeds the node and keeps count of what it is fed.
@@ -320,15 +353,18 @@ impl<'a> Player<'a> {
     }
 
     fn deliver(&self, input: TimedInput) -> Result<(), SystemError> {
-        if let Rate::Times(rate) = self.rate {
-            self.keep_pace(rate, input.time)?;
-        }
+        let due = match self.rate {
+            Rate::Max => None,
+            Rate::Times(rate) => Some(self.keep_pace(rate, input.time)?),
+        };
         self.system.advance_to(input.time)?;
-        self.system.deliver(input.input)
+        // A message that had to wait for the cycle before it is late, and its latency shows that.
+        self.system.deliver_due(input.input, due.unwrap_or_else(Instant::now))
     }
 
-    /// Waits until the drive's time has come, and lets the fallback timer fire at its own time before that.
-    fn keep_pace(&self, rate: f64, time: Time) -> Result<(), SystemError> {
+    /// Waits until the drive's time has come, and lets the fallback timer fire at its own time before that. Gives when
+    /// the time came.
+    fn keep_pace(&self, rate: f64, time: Time) -> Result<Instant, SystemError> {
         loop {
             let deadline = self.system.settle()?.deadline;
             let next = deadline.min(time);
@@ -336,7 +372,7 @@ impl<'a> Player<'a> {
             let due = self.started + Duration::from_secs_f64(due_s.max(0.0));
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             if next == time {
-                return Ok(());
+                return Ok(due);
             }
             self.system.advance_to(next)?;
         }

@@ -45,9 +45,15 @@ impl Handler<Add> for Buffer {
     type Result = ();
 
     fn handle(&mut self, add: Add, _: &mut Self::Context) {
+        let taken_up = Instant::now();
         self.concatenator.add(&add.message);
         if let Some(arrived) = add.anchor {
-            self.scheduler.do_send(Triggered { trigger: Trigger::Anchor, arrived });
+            self.scheduler.do_send(Triggered {
+                trigger: Trigger::Anchor,
+                arrived,
+                receive: taken_up.saturating_duration_since(arrived),
+                buffer: taken_up.elapsed(),
+            });
         }
     }
 }

@@ -38,8 +38,14 @@ pub struct Cycle {
     pub number: u64,
     /// What started it.
     pub trigger: Trigger,
-    /// When the trigger arrived, for latencies.
+    /// When the trigger arrived, or should have: latencies count from then.
     pub arrived: Instant,
+    /// From then until its owner took it up; zero for the timer.
+    pub receive: Duration,
+    /// Time spent on adding the candidates that it brought; zero for the timer.
+    pub buffer: Duration,
+    /// When the cycle began; it waits where another one runs.
+    pub started: Instant,
     /// From then on no further candidate is judged. `None`: the cycle takes the time that it takes.
     pub deadline: Option<Instant>,
     /// Time spent on collecting candidates and scene.
@@ -76,6 +82,29 @@ impl Outcome {
     }
 }
 
+impl Cycle {
+    /// Time between taking up the trigger and the beginning of the cycle.
+    #[must_use]
+    pub fn wait(&self) -> Duration {
+        self.started.saturating_duration_since(self.arrived + self.receive + self.buffer)
+    }
+}
+
+/// What one thread did of a cycle's judging.
+#[derive(Debug, Clone)]
+pub struct Share {
+    /// When the thread came to it.
+    pub began: Instant,
+    /// When it found nothing more to judge.
+    pub ended: Instant,
+    /// Candidates that it judged.
+    pub candidates: usize,
+    /// Time spent in each loaded filter; names as in [`Judged::filters`] without the first.
+    pub filter_times: Vec<Duration>,
+    /// Heap allocations while it judged; 0 where nobody counts them.
+    pub allocations: u64,
+}
+
 /// The verdicts of a cycle and the messages made from them.
 #[derive(Debug, Clone)]
 pub struct Judged {
@@ -97,6 +126,10 @@ pub struct Judged {
     pub selected: Option<Selected>,
     /// Time spent in each loaded filter, over all candidates and threads; names as in `filters` without the first.
     pub filter_times: Vec<Duration>,
+    /// What each thread did; one where the cycle was judged on the thread of all actors.
+    pub shares: Vec<Share>,
+    /// When work on the candidates began.
+    pub began: Instant,
     /// Time spent before the first candidate.
     pub observe: Duration,
     /// Time from the first candidate to the last, folding included.
@@ -107,6 +140,8 @@ pub struct Judged {
     pub remember: Duration,
     /// Time spent on the messages of the selected trajectory.
     pub adapt: Duration,
+    /// Time spent on the messages made from the verdicts.
+    pub report: Duration,
 }
 
 impl Judged {
@@ -115,11 +150,12 @@ impl Judged {
     pub fn not_judged(&self) -> usize {
         self.verdicts.iter().filter(|verdict| !verdict.is_judged()).count()
     }
-}
 
-impl From<Step> for Judged {
-    fn from(step: Step) -> Self {
+    /// A step that began at `began` and has just ended, with what each thread did of it.
+    pub(crate) fn new(step: Step, began: Instant, shares: Vec<Share>) -> Self {
         let times = step.times;
+        let timed_ns = times.observe_ns + times.judge_ns + times.rank_ns + times.adapt_ns;
+        let report = began.elapsed().saturating_sub(Duration::from_nanos(timed_ns));
         Self {
             verdicts: step.verdicts,
             validated: Arc::new(step.validated),
@@ -129,6 +165,9 @@ impl From<Step> for Judged {
             ranking: step.ranking,
             scored: Arc::new(step.scored),
             selected: step.selected,
+            shares,
+            began,
+            report,
             filter_times: times.filters_ns.into_iter().map(Duration::from_nanos).collect(),
             observe: Duration::from_nanos(times.observe_ns),
             judge: Duration::from_nanos(times.judge_ns),

@@ -136,7 +136,7 @@ impl Scheduler {
         self.running = Some(triggered.trigger);
         self.cycles += 1;
         let (number, now, started) = (self.cycles, self.clock.now(), Instant::now());
-        let Triggered { trigger, arrived } = *triggered;
+        let Triggered { trigger, arrived, receive, buffer } = *triggered;
         let deadline = self.budget.map(|budget| started + budget);
         // Candidates first: the scene is then at least as new as they are.
         let fresh = stages.buffer.send(TakeFresh(now));
@@ -147,7 +147,18 @@ impl Scheduler {
             match inputs {
                 Ok((concatenated, scene)) => {
                     let snapshot = started.elapsed();
-                    let cycle = Cycle { number, trigger, arrived, deadline, snapshot, scene, concatenated };
+                    let cycle = Cycle {
+                        number,
+                        trigger,
+                        arrived,
+                        receive,
+                        buffer,
+                        started,
+                        deadline,
+                        snapshot,
+                        scene,
+                        concatenated,
+                    };
                     scheduler.hand_over(cycle);
                 }
                 Err(gone) => {
@@ -231,16 +242,19 @@ impl Handler<Wire> for Scheduler {
 pub(crate) struct Triggered {
     pub(crate) trigger: Trigger,
     pub(crate) arrived: Instant,
+    /// From its arrival until its owner took it up.
+    pub(crate) receive: Duration,
+    /// Time spent on adding what it brought.
+    pub(crate) buffer: Duration,
 }
 
 impl Triggered {
     /// Both wait for the same cycle: an anchor outranks the timer, and latency counts from the earlier arrival.
     fn merge(self, later: &Self) -> Self {
         let is_anchor = [self.trigger, later.trigger].contains(&Trigger::Anchor);
-        Self {
-            trigger: if is_anchor { Trigger::Anchor } else { Trigger::Timer },
-            arrived: self.arrived.min(later.arrived),
-        }
+        let trigger = if is_anchor { Trigger::Anchor } else { Trigger::Timer };
+        let first = if later.arrived < self.arrived { later.clone() } else { self };
+        Self { trigger, ..first }
     }
 }
 
@@ -271,7 +285,11 @@ impl Handler<TimerWakeUp> for Scheduler {
         let fires = self.timer.fire(self.clock.now());
         self.announce_deadline();
         if fires {
-            self.trigger(Triggered { trigger: Trigger::Timer, arrived: Instant::now() }, ctx);
+            let (receive, buffer) = (Duration::ZERO, Duration::ZERO);
+            self.trigger(
+                Triggered { trigger: Trigger::Timer, arrived: Instant::now(), receive, buffer },
+                ctx,
+            );
         }
     }
 }

@@ -53,6 +53,8 @@ pub struct Config {
     pub interface: Interface,
     /// Whether published times are measured.
     pub published_times: PublishedTimes,
+    /// Heap allocations of the calling thread so far; `None` where nobody counts them.
+    pub count_allocations: Option<fn() -> u64>,
 }
 
 /// Why the actors cannot be started or cannot go on.
@@ -125,9 +127,17 @@ impl SelectorSystem {
     /// # Errors
     /// The actors are gone, or an output cannot be written.
     pub fn deliver(&self, input: Input) -> Result<(), SystemError> {
+        self.deliver_due(input, Instant::now())
+    }
+
+    /// The same for a message that should have come at `due`: latencies count from then.
+    ///
+    /// # Errors
+    /// The actors are gone, or an output cannot be written.
+    pub fn deliver_due(&self, input: Input, due: Instant) -> Result<(), SystemError> {
         match input {
             Input::Generative(message) => {
-                self.actors.buffer.do_send(Add { message, anchor: Some(Instant::now()) });
+                self.actors.buffer.do_send(Add { message, anchor: Some(due) });
                 self.settle_buffer()?;
                 self.settle().map(|_| ())
             }
@@ -298,7 +308,8 @@ fn wire(parts: Parts) -> Actors {
         failure,
     };
     let publisher = Publisher::new(outlet, tally.clone()).start();
-    let validation = Validation::new(config.pipeline, pool, publisher.clone()).start();
+    let validation =
+        Validation::new(config.pipeline, pool, publisher.clone(), config.count_allocations).start();
     let mut scene = Scene::empty(config.clock.now(), Arc::new(config.vehicle));
     // A node that never saw a traffic light message judges as if no light were in sight.
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));

@@ -157,6 +157,21 @@ impl Input {
             Self::TrafficSignals(_) => InputTopic::TrafficSignals,
         }
     }
+
+    /// The serialised message; `None` for a map that came from elsewhere than a message.
+    #[must_use]
+    pub fn to_cdr(&self, interface: Interface) -> Option<Vec<u8>> {
+        Some(match self {
+            Self::ReadyMap(..) => return None,
+            Self::Map(message) => message.to_cdr(interface),
+            Self::Route(message) => message.to_cdr(interface),
+            Self::Generative(message) | Self::Backup(message) => message.to_cdr(interface),
+            Self::Odometry(message) => message.to_cdr(interface),
+            Self::Acceleration(message) => message.to_cdr(interface),
+            Self::Objects(message) => message.to_cdr(interface),
+            Self::TrafficSignals(message) => message.to_cdr(interface),
+        })
+    }
 }
 
 /// A topic that the node publishes on.

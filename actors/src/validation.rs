@@ -8,12 +8,11 @@
 //! published; the newest are judged first. Such a cycle never runs inline, and should a filter not come back at all, the
 //! cycle is given up after [`GRACE`]: it publishes nothing, then or ever.
 
-use crate::cycle::{Cycle, CycleReport, Outcome};
+use crate::cycle::{Cycle, CycleReport, Judged, Outcome, Share};
 use crate::publisher::{PublishCycle, Publisher};
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message};
 use rayon::ThreadPool;
 use selection::parameters::{RankerParameters, ValidatorParameters};
-use selection::pipeline::{JudgeAll, judge_in_order};
 use selection::ranker::GeneratorSource;
 use selection::{Candidate, Pipeline, Scene, Scratch, Validator, Verdict};
 use std::cell::RefCell;
@@ -47,7 +46,11 @@ pub(crate) struct Validation {
     changed: Changes,
     /// The cycle that is being judged on the pool and not given up.
     awaited: Option<u64>,
+    count_allocations: Option<CountAllocations>,
 }
+
+/// Heap allocations of the calling thread so far.
+type CountAllocations = fn() -> u64;
 
 /// Parameters that wait for the end of a cycle.
 #[derive(Debug, Default)]
@@ -68,13 +71,19 @@ impl Changes {
 }
 
 impl Validation {
-    pub(crate) fn new(pipeline: Pipeline, pool: Arc<ThreadPool>, publisher: Addr<Publisher>) -> Self {
+    pub(crate) fn new(
+        pipeline: Pipeline,
+        pool: Arc<ThreadPool>,
+        publisher: Addr<Publisher>,
+        count_allocations: Option<CountAllocations>,
+    ) -> Self {
         Self {
             pool,
             publisher,
             pipeline: Some(Box::new(pipeline)),
             changed: Changes::default(),
             awaited: None,
+            count_allocations,
         }
     }
 
@@ -136,10 +145,11 @@ impl Handler<Cycle> for Validation {
             self.publish(CycleReport { cycle, outcome });
             return;
         };
+        let count_allocations = self.count_allocations;
         if let Some(deadline) = cycle.deadline {
             self.give_up_late(&cycle, deadline, ctx);
         } else if cycle.concatenated.candidates.len() <= INLINE_CANDIDATES {
-            let report = run_cycle(&mut pipeline, cycle, &judge_inline);
+            let report = run_cycle(&mut pipeline, cycle, &|work| vec![work.share(count_allocations)]);
             self.take_back(pipeline);
             self.publish(report);
             return;
@@ -147,10 +157,8 @@ impl Handler<Cycle> for Validation {
         self.awaited = Some(cycle.number);
         let me = ctx.address();
         self.pool.spawn(move || {
-            let deadline = cycle.deadline;
-            let report = run_cycle(&mut pipeline, cycle, &|validator, scene, candidates| {
-                judge_in_parallel(validator, scene, candidates, deadline)
-            });
+            let report =
+                run_cycle(&mut pipeline, cycle, &|work| rayon::broadcast(|_| work.share(count_allocations)));
             me.do_send(CycleJudged { pipeline, report });
         });
     }
@@ -214,13 +222,20 @@ impl Handler<SetRankerParameters> for Validation {
     }
 }
 
-/// One whole cycle. Filters catch their own panics; should anything else break, the cycle fails and publishes nothing.
-fn run_cycle(pipeline: &mut Pipeline, cycle: Cycle, judge_all: &JudgeAll<'_>) -> CycleReport {
+/// One whole cycle, with threads that take their shares of the judging. Filters catch their own panics; should anything
+/// else break, the cycle fails and publishes nothing.
+fn run_cycle(pipeline: &mut Pipeline, cycle: Cycle, share_out: &ShareOut<'_>) -> CycleReport {
+    let (began, shares) = (Instant::now(), RefCell::default());
     let step = catch_unwind(AssertUnwindSafe(|| {
-        pipeline.step(&cycle.scene, &cycle.concatenated, judge_all, monotonic_ns)
+        let judge_all = |validator: &Validator, scene: &Scene, candidates: &[Candidate]| {
+            let judged = judge_all(validator, scene, candidates, cycle.deadline, share_out);
+            shares.replace(judged.shares);
+            (judged.verdicts, judged.filters_ns)
+        };
+        pipeline.step(&cycle.scene, &cycle.concatenated, &judge_all, monotonic_ns)
     }));
     let outcome = match step {
-        Ok(step) => Outcome::Judged(Box::new(step.into())),
+        Ok(step) => Outcome::Judged(Box::new(Judged::new(step, began, shares.take()))),
         Err(_) => {
             error!("cycle {} failed: the validation panicked outside of its filters", cycle.number);
             Outcome::Failed("the validation panicked outside of its filters".to_owned())
@@ -229,57 +244,101 @@ fn run_cycle(pipeline: &mut Pipeline, cycle: Cycle, judge_all: &JudgeAll<'_>) ->
     CycleReport { cycle, outcome }
 }
 
-fn judge_inline(validator: &Validator, scene: &Scene, candidates: &[Candidate]) -> (Vec<Verdict>, Vec<u64>) {
-    SCRATCH.with_borrow_mut(|scratch| judge_in_order(validator, scene, candidates, scratch, monotonic_ns))
+/// Lets every thread that is to judge take its share.
+type ShareOut<'a> = dyn Fn(&Work<'_>) -> Vec<Done> + 'a;
+
+/// The candidates of a cycle as a queue from which threads take until it is empty or the deadline has come; taking one
+/// costs little beside judging it.
+struct Work<'a> {
+    validator: &'a Validator,
+    scene: &'a Scene,
+    candidates: &'a [Candidate],
+    deadline: Option<Instant>,
+    /// Places of the candidates, the most urgent first.
+    order: Vec<usize>,
+    /// The first in `order` that nobody has taken.
+    next: AtomicUsize,
 }
 
 /// What one thread did of a cycle.
-#[derive(Debug, Default)]
-struct Share {
+struct Done {
     /// Verdicts with the place of their candidate.
     verdicts: Vec<(usize, Verdict)>,
-    times_ns: Vec<u64>,
+    filters_ns: Vec<u64>,
+    share: Share,
 }
 
-/// All threads take candidates from one queue until it is empty or the deadline has come; taking one costs little beside
-/// judging it. The verdicts are collected in the order of the candidates.
-fn judge_in_parallel(
+impl Work<'_> {
+    /// The calling thread's share.
+    fn share(&self, count_allocations: Option<CountAllocations>) -> Done {
+        let began = Instant::now();
+        let allocations = || count_allocations.map_or(0, |count| count());
+        let mut verdicts = Vec::with_capacity(self.candidates.len());
+        let mut filters_ns = vec![0; self.validator.filters().len()];
+        let mut allocated = 0;
+        SCRATCH.with_borrow_mut(|scratch| {
+            while let Some(index) = self.take() {
+                let before = allocations();
+                let candidate = &self.candidates[index];
+                let verdict =
+                    self.validator.judge(self.scene, candidate, scratch, monotonic_ns, &mut filters_ns);
+                allocated += allocations() - before;
+                verdicts.push((index, verdict));
+            }
+        });
+        let share = Share {
+            began,
+            ended: Instant::now(),
+            candidates: verdicts.len(),
+            filter_times: filters_ns.iter().copied().map(Duration::from_nanos).collect(),
+            allocations: allocated,
+        };
+        Done { verdicts, filters_ns, share }
+    }
+
+    /// The place of the next candidate. The clock is asked before one is taken: what is judged are then the first ones
+    /// of the order, without a gap.
+    fn take(&self) -> Option<usize> {
+        if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            return None;
+        }
+        self.order.get(self.next.fetch_add(1, Ordering::Relaxed)).copied()
+    }
+}
+
+/// What all threads together did.
+struct AllJudged {
+    verdicts: Vec<Verdict>,
+    filters_ns: Vec<u64>,
+    shares: Vec<Share>,
+}
+
+/// The verdicts of all threads, in the order of the candidates.
+fn judge_all(
     validator: &Validator,
     scene: &Scene,
     candidates: &[Candidate],
     deadline: Option<Instant>,
-) -> (Vec<Verdict>, Vec<u64>) {
+    share_out: &ShareOut<'_>,
+) -> AllJudged {
     let (order, next) = (urgent_first(candidates, deadline), AtomicUsize::new(0));
-    let shares: Vec<Share> = rayon::broadcast(|_| {
-        let mut share = Share { verdicts: Vec::new(), times_ns: vec![0; validator.filters().len()] };
-        SCRATCH.with_borrow_mut(|scratch| {
-            // Asked before a candidate is taken: what is judged are then the first ones of the order, without a gap.
-            while deadline.is_none_or(|deadline| Instant::now() < deadline) {
-                let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
-                let (candidate, times_ns) = (&candidates[index], &mut share.times_ns);
-                let verdict = validator.judge(scene, candidate, scratch, monotonic_ns, times_ns);
-                share.verdicts.push((index, verdict));
-            }
-        });
-        share
-    });
+    let done = share_out(&Work { validator, scene, candidates, deadline, order, next });
     let mut verdicts: Vec<Option<Verdict>> = candidates.iter().map(|_| None).collect();
-    let mut times_ns = vec![0; validator.filters().len()];
-    for share in shares {
-        for (index, verdict) in share.verdicts {
+    let mut filters_ns = vec![0; validator.filters().len()];
+    let mut shares = Vec::with_capacity(done.len());
+    for one in done {
+        for (index, verdict) in one.verdicts {
             verdicts[index] = Some(verdict);
         }
-        for (total, time) in times_ns.iter_mut().zip(share.times_ns) {
+        for (total, time) in filters_ns.iter_mut().zip(one.filters_ns) {
             *total += time;
         }
+        shares.push(one.share);
     }
     let judged = verdicts.into_iter().zip(candidates);
-    (
-        judged
-            .map(|(verdict, candidate)| verdict.unwrap_or_else(|| Verdict::out_of_time(candidate.key)))
-            .collect(),
-        times_ns,
-    )
+    let verdicts =
+        judged.map(|(verdict, candidate)| verdict.unwrap_or_else(|| Verdict::out_of_time(candidate.key)));
+    AllJudged { verdicts: verdicts.collect(), filters_ns, shares }
 }
 
 /// The order in which candidates are judged: as they are, or the newest first where some may be left out.

@@ -84,6 +84,7 @@ impl Node {
             pipeline: Pipeline::new(validator, ranker),
             interface: Interface::V0_53,
             published_times: PublishedTimes::Measured,
+            count_allocations: None,
         };
         let watcher = Watcher { reports: sender, published: Vec::new() };
         let system = SelectorSystem::start(config, Box::new(watcher)).unwrap();

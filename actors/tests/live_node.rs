@@ -101,6 +101,7 @@ fn start(validator: Validator) -> Node {
         pipeline: Pipeline::new(validator, ranker),
         interface: Interface::V0_53,
         published_times: PublishedTimes::Measured,
+        count_allocations: None,
     };
     let system = SelectorSystem::start(config, Box::new(Reports(sender))).unwrap();
     let node = Node { inlets: system.inlets().clone(), system, clock, reports };

@@ -90,6 +90,7 @@ impl Node {
             pipeline: Pipeline::new(validator, ranker),
             interface: Interface::V0_53,
             published_times: PublishedTimes::Zero,
+            count_allocations: None,
         };
         let system = SelectorSystem::start(config, Box::new(Collector(sender))).unwrap();
         system.jump_to(at(1000)).unwrap();

@@ -97,6 +97,7 @@ impl Node {
             pipeline: Pipeline::new(validator, Ranker::new(RankerParameters::default(), sources)),
             interface,
             published_times: PublishedTimes::Zero,
+            count_allocations: None,
         };
         let node =
             Self { system: SelectorSystem::start(config, Box::new(Collector(sender))).unwrap(), outputs };

@@ -210,7 +210,7 @@ fn summary(
         input: Input { name: names.fully_qualified().to_owned(), seed: None },
         interface: crate::ros::node::interface_of(settings).name(),
         statistics,
-        messages: messages(&ended.tally),
+        messages: received(&ended.tally),
         coalesced: ended.coalesced,
         output: None,
         wall: started.elapsed(),
@@ -220,7 +220,8 @@ fn summary(
     summarise("node", ended, Vec::new(), settings, threads, None)
 }
 
-fn messages(tally: &Tally) -> BTreeMap<String, Received> {
+/// What came in on each topic, and what of it was dropped.
+pub(crate) fn received(tally: &Tally) -> BTreeMap<String, Received> {
     let of = |topic: InputTopic| {
         let dropped = DropReason::ALL
             .into_iter()

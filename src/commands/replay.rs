@@ -46,9 +46,9 @@ pub struct ReplayArguments {
 
 /// Wire form of candidates, or to be found out.
 #[derive(Debug, Clone, Copy)]
-pub struct InterfaceChoice(Option<Interface>);
+pub struct InterfaceChoice(pub(super) Option<Interface>);
 
-fn parse_interface(text: &str) -> Result<InterfaceChoice, messages::UnknownInterface> {
+pub(super) fn parse_interface(text: &str) -> Result<InterfaceChoice, messages::UnknownInterface> {
     if text == "auto" { Ok(InterfaceChoice(None)) } else { text.parse().map(Some).map(InterfaceChoice) }
 }
 

@@ -1,5 +1,7 @@
 //! Counts and latencies of a run, gathered cycle by cycle.
 
+use super::stages;
+use crate::allocations;
 use hdrhistogram::Histogram;
 use selection::report::rejection_names;
 use selection::{Enforcement, Judgement, data_validity};
@@ -40,6 +42,12 @@ impl Default for Latency {
 impl Latency {
     fn record(&mut self, took: Duration) {
         self.0.saturating_record(u64::try_from(took.as_nanos()).unwrap_or(u64::MAX));
+    }
+
+    /// Takes in what another one has seen of the same stage.
+    pub fn merge(&mut self, other: &Self) {
+        // Cannot fail: all of them have the same bounds and digits.
+        let _ = self.0.add(&other.0);
     }
 
     /// How many times the stage ran.
@@ -87,17 +95,108 @@ pub struct Statistics {
     pub rejections: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     /// The same for shadow filters, which reject nothing.
     pub shadow: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
+    /// Most candidates in the buffer when a cycle asked.
+    pub most_candidates: usize,
+    /// Most generators in it.
+    pub most_generators: usize,
     /// Latencies by stage.
     pub latency: BTreeMap<String, Latency>,
+    /// Time that the threads spent on judging, and the time that they had for it.
+    pub judging: Judging,
+    /// Heap allocations.
+    pub heap: Heap,
+}
+
+/// How well the threads that judge are used.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Judging {
+    /// Time spent on candidates, over all threads.
+    pub busy: Duration,
+    /// From the first candidate of a cycle to the last, times the threads that were to judge.
+    pub available: Duration,
+}
+
+impl Judging {
+    fn add(&mut self, judged: &Judged) {
+        let threads = u32::try_from(judged.shares.len()).unwrap_or(u32::MAX);
+        self.busy += judged.shares.iter().map(|share| share.ended - share.began).sum::<Duration>();
+        self.available += judged.judge * threads;
+    }
+
+    /// The share of their time in which the threads judged; `None` if nothing was judged.
+    #[must_use]
+    pub fn efficiency(self) -> Option<f64> {
+        let available_s = self.available.as_secs_f64();
+        (available_s > 0.0).then(|| self.busy.as_secs_f64() / available_s)
+    }
+}
+
+/// Heap allocations of a run, counted at the end of each cycle.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Heap {
+    /// At the end of the last cycle that still filled buffers for the first time.
+    warm: Counted,
+    now: Counted,
+}
+
+/// Cycles after which buffers that are reused have their size.
+const WARM_UP_CYCLES: u64 = 10;
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Counted {
+    cycles: u64,
+    candidates: u64,
+    /// Of all threads.
+    all: u64,
+    /// While candidates were judged.
+    judging: u64,
+    /// For these statistics themselves.
+    own: u64,
+}
+
+impl Heap {
+    /// The end of a cycle, before anything is counted.
+    fn add(&mut self, report: &CycleReport) {
+        if let Outcome::Judged(judged) = &report.outcome {
+            self.now.candidates += judged.shares.iter().map(|share| share.candidates as u64).sum::<u64>();
+            self.now.judging += judged.shares.iter().map(|share| share.allocations).sum::<u64>();
+        }
+        self.now.cycles += 1;
+        self.now.all = allocations::of_all_threads();
+        if self.now.cycles == 1 || self.now.cycles == WARM_UP_CYCLES {
+            self.warm = self.now;
+        }
+    }
+
+    /// Allocations per candidate while it was judged, and per cycle by all threads, both after the first cycles;
+    /// `None` where nobody counts or there are too few cycles.
+    #[must_use]
+    pub fn per_candidate_and_cycle(&self) -> Option<[f64; 2]> {
+        let since = |of: fn(&Counted) -> u64| of(&self.now).saturating_sub(of(&self.warm)) as f64;
+        let (candidates, cycles) = (since(|at| at.candidates), since(|at| at.cycles));
+        if !allocations::is_counting() || cycles == 0.0 {
+            return None;
+        }
+        let of_cycles = since(|at| at.all) - since(|at| at.own);
+        Some([since(|at| at.judging) / candidates.max(1.0), of_cycles / cycles])
+    }
 }
 
 impl Statistics {
     /// Takes in one cycle.
     pub fn add(&mut self, report: &CycleReport, times: CycleTimes) {
+        self.heap.add(report);
+        let allocated = allocations::of_this_thread();
+        self.count(report, times);
+        self.heap.now.own += allocations::of_this_thread() - allocated;
+    }
+
+    fn count(&mut self, report: &CycleReport, times: CycleTimes) {
         *self.cycles.entry(report.cycle.trigger.name()).or_default() += 1;
-        self.record("cycle", times.cycle);
-        self.record("snapshot", report.cycle.snapshot);
-        self.record("publish", times.publish);
+        stages::of_cycle(report, times, |stage, took| record(&mut self.latency, stage, took));
+        let concatenated = &report.cycle.concatenated;
+        self.most_candidates = self.most_candidates.max(concatenated.candidates.len());
+        self.most_generators = self.most_generators.max(concatenated.generators.len());
         for stale in &report.cycle.concatenated.stale {
             self.tally(&stale.generator_name).stale += 1;
         }
@@ -116,22 +215,19 @@ impl Statistics {
         let not_judged = judged.not_judged() as u64;
         self.not_judged += not_judged;
         self.cut_by_deadline += u64::from(not_judged > 0);
-        self.record("observe", judged.observe);
-        self.record("judge", judged.judge);
-        self.record("rank", judged.rank + judged.adapt);
+        self.judging.add(judged);
         for (_, why) in &judged.ranking.unranked {
             *self.unranked.entry(why.name()).or_default() += 1;
         }
         if let Some(selected) = &judged.selected {
             *self.selected.entry(selected.generator_name.to_string()).or_default() += 1;
         }
-        // The first summary is the data-validity check, which has no time of its own.
+        // The first summary is the data-validity check, which always rejects.
         let filters = &judged.filters[1..];
-        for (filter, &took) in filters.iter().zip(&judged.filter_times) {
-            self.record(&format!("filter.{}", filter.name), took);
-        }
         for (candidate, verdict) in report.cycle.concatenated.candidates.iter().zip(&judged.verdicts) {
-            self.selected.entry(candidate.generator_name.to_string()).or_default();
+            if !self.selected.contains_key(&*candidate.generator_name) {
+                self.selected.insert(candidate.generator_name.to_string(), 0);
+            }
             if !verdict.is_judged() {
                 continue;
             }
@@ -157,10 +253,6 @@ impl Statistics {
         self.generators.entry(generator.to_owned()).or_default()
     }
 
-    fn record(&mut self, stage: &str, took: Duration) {
-        self.latency.entry(stage.to_owned()).or_default().record(took);
-    }
-
     /// Cycles started by a trigger.
     #[must_use]
     pub fn cycles_by(&self, trigger: Trigger) -> u64 {
@@ -176,6 +268,13 @@ impl Statistics {
             rejected: sum.rejected + tally.rejected,
             stale: sum.stale + tally.stale,
         })
+    }
+}
+
+fn record(latency: &mut BTreeMap<String, Latency>, stage: &str, took: Duration) {
+    match latency.get_mut(stage) {
+        Some(known) => known.record(took),
+        None => latency.entry(stage.to_owned()).or_default().record(took),
     }
 }
 

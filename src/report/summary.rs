@@ -6,7 +6,6 @@ use crate::bag;
 use crate::commands::Failure;
 use selector_actors::Trigger;
 use serde::Serialize;
-use serde_json::Value;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -125,6 +124,21 @@ impl From<&Latency> for Quantiles {
     }
 }
 
+/// Heap allocations after the first cycles.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Allocations {
+    /// For each candidate while it is judged.
+    pub(super) per_candidate_judge: f64,
+    /// For each cycle, by all threads: what judging needs, taking messages in and putting them out included.
+    pub(super) per_cycle: f64,
+}
+
+impl From<[f64; 2]> for Allocations {
+    fn from([per_candidate_judge, per_cycle]: [f64; 2]) -> Self {
+        Self { per_candidate_judge, per_cycle }
+    }
+}
+
 /// The recording that was written.
 #[derive(Debug, Clone, Serialize)]
 pub struct Output {
@@ -162,9 +176,9 @@ pub struct RunSummary {
     pub(super) rejections: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     pub(super) shadow: BTreeMap<&'static str, BTreeMap<&'static str, u64>>,
     pub(super) latency_us: BTreeMap<String, Quantiles>,
-    /// Counted by a command of its own; null here.
-    pub(super) allocations: Option<Value>,
-    /// Measured by a command of its own; null here.
+    /// Null where nobody counts them.
+    pub(super) allocations: Option<Allocations>,
+    /// Share of their time in which the threads that judge judged.
     pub(super) parallel_efficiency: Option<f64>,
     pub(super) output: Option<Output>,
     pub(super) cpu_s: Option<f64>,
@@ -241,8 +255,8 @@ impl RunSummary {
                 .iter()
                 .map(|(stage, latency)| (stage.clone(), latency.into()))
                 .collect(),
-            allocations: None,
-            parallel_efficiency: None,
+            allocations: statistics.heap.per_candidate_and_cycle().map(Allocations::from),
+            parallel_efficiency: statistics.judging.efficiency(),
             output: run.output.map(Into::into),
             cpu_s: usage::cpu_s(),
             wall_s: run.wall.as_secs_f64(),

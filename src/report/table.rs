@@ -1,7 +1,7 @@
 //! The summary of a run for people, on a terminal 100 columns wide.
 
 use super::statistics;
-use super::summary::{Quantiles, RunSummary};
+use super::summary::{Allocations, Quantiles, RunSummary};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
@@ -109,14 +109,20 @@ fn write_rejections(
 }
 
 fn write_latencies(stages: &BTreeMap<String, Quantiles>, out: &mut impl Write) -> fmt::Result {
-    writeln!(out, "\n{:NAME_WIDTH$} {:>8} {:>8} {:>10} {:>8}", "latency, µs", "count", "p50", "p99", "max")?;
+    writeln!(
+        out,
+        "\n{:NAME_WIDTH$} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "latency, µs", "count", "p50", "p90", "p99", "p99.9", "max"
+    )?;
     for (stage, latency) in stages {
         writeln!(
             out,
-            "  {stage:width$} {:>8} {:>8.0} {:>10.0} {:>8.0}",
+            "  {stage:width$} {:>8} {:>8.0} {:>8.0} {:>8.0} {:>8.0} {:>8.0}",
             latency.count,
             latency.p50,
+            latency.p90,
             latency.p99,
+            latency.p999,
             latency.max,
             width = NAME_WIDTH - 2
         )?;
@@ -133,6 +139,28 @@ fn write_dropped(summary: &RunSummary, out: &mut impl Write) -> fmt::Result {
         for (reason, count) in &received.dropped {
             writeln!(out, "  {:width$} {count:>8}", format!("{topic} {reason}"), width = NAME_WIDTH - 2)?;
         }
+    }
+    Ok(())
+}
+
+/// Writes what the run used of the machine.
+///
+/// # Errors
+/// The writer fails.
+pub fn write_resources(summary: &RunSummary, out: &mut impl Write) -> fmt::Result {
+    let (wall_s, threads) = (summary.wall_s, summary.common.threads.unwrap_or(1));
+    if let Some(cpu_s) = summary.cpu_s {
+        writeln!(out, "processor: {cpu_s:.2} s in {wall_s:.2} s")?;
+    }
+    if let Some(efficiency) = summary.parallel_efficiency {
+        writeln!(out, "parallel efficiency of judging on {threads} threads: {efficiency:.3}")?;
+    }
+    if let Some(allocations) = &summary.allocations {
+        let Allocations { per_candidate_judge, per_cycle } = allocations;
+        writeln!(
+            out,
+            "heap allocations: {per_candidate_judge:.3} per candidate while it is judged, {per_cycle:.0} per cycle"
+        )?;
     }
     Ok(())
 }

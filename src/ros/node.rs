@@ -176,6 +176,7 @@ impl Node {
             pipeline: Pipeline::new(validator, ranker),
             interface,
             published_times: PublishedTimes::Measured,
+            count_allocations: None,
         };
         let system = SelectorSystem::start(config, Box::new(sink))?;
         let mut feeds = Feeds::new(runtime.clone());
