@@ -11,6 +11,7 @@ pub mod failure;
 pub mod node;
 pub mod profile;
 pub mod replay;
+pub mod stress;
 pub mod verify;
 
 pub use failure::Failure;
@@ -53,6 +54,8 @@ pub enum Command {
     Node(node::NodeArguments),
     /// Run a recorded drive through the node.
     Replay(replay::ReplayArguments),
+    /// Put load on the selector: latencies, allocations, and how many candidates it bears.
+    Stress(stress::StressArguments),
     /// Show where the time goes in a recorded drive, and hold two such profiles against each other.
     Profile(profile::ProfileArguments),
     /// Check parameter files and maps: all problems at once.
@@ -73,6 +76,7 @@ impl Command {
             Self::Node(_) => "node",
             Self::Demo(_) => "demo",
             Self::Replay(_) => "replay",
+            Self::Stress(_) => "stress",
             Self::Profile(_) => "profile",
             Self::Check(_) => "check",
             Self::Explain(_) => "explain",
@@ -171,6 +175,7 @@ pub fn main() -> u8 {
         }
         Command::Demo(arguments) => demo::run(&arguments, !cli.json),
         Command::Replay(arguments) => replay::run(&arguments, !cli.json),
+        Command::Stress(arguments) => return answer_stress(&arguments, cli.json),
         Command::Profile(arguments) => return answer_profile(&arguments, cli.json),
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
@@ -195,6 +200,13 @@ fn answer_explain(arguments: &explain::ExplainArguments, json: bool) -> u8 {
     match explain::run(arguments) {
         Ok(explanation) => answer_report("explain", Vec::new(), Vec::new(), &explanation, json),
         Err(failure) => answer_failure("explain", failure, json),
+    }
+}
+
+fn answer_stress(arguments: &stress::StressArguments, json: bool) -> u8 {
+    match stress::run(arguments, !json) {
+        Ok(report) => answer_measured(&report.summary.common, &report, json),
+        Err(failure) => answer_failure("stress", failure, json),
     }
 }
 

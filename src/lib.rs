@@ -12,3 +12,4 @@ pub mod ros;
 pub mod scenario;
 pub mod session;
 pub mod settings;
+pub mod stress;

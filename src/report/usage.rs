@@ -4,7 +4,7 @@
 const TICKS_PER_SECOND: f64 = 100.0;
 
 /// Processor time of all threads so far, s.
-pub(super) fn cpu_s() -> Option<f64> {
+pub(crate) fn cpu_s() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The second field is the program's name in parentheses and may contain blanks.
     let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
@@ -14,8 +14,17 @@ pub(super) fn cpu_s() -> Option<f64> {
 
 /// Largest resident memory so far, MB (10^6 bytes).
 pub(super) fn peak_memory_mb() -> Option<f64> {
+    memory_mb("VmHWM:")
+}
+
+/// Resident memory now, MB (10^6 bytes).
+pub(crate) fn resident_memory_mb() -> Option<f64> {
+    memory_mb("VmRSS:")
+}
+
+fn memory_mb(key: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(key))?;
     let kibibytes: f64 = line.split_whitespace().next()?.parse().ok()?;
     Some(kibibytes * 1024.0 / 1e6)
 }
@@ -27,6 +36,7 @@ mod tests {
     #[test]
     fn linux_tells() {
         assert!(cpu_s().unwrap() >= 0.0);
-        assert!(peak_memory_mb().unwrap() > 0.5);
+        assert!(peak_memory_mb().unwrap() >= resident_memory_mb().unwrap());
+        assert!(resident_memory_mb().unwrap() > 0.5);
     }
 }

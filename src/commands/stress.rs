@@ -1,0 +1,301 @@
+//! `stress`: how much load the selector bears, and what a cycle costs.
+
+use super::{Failure, JudgeArguments, summarise};
+use crate::allocations;
+use crate::report::summary::RunSummary;
+use crate::report::table;
+use crate::scenario::load::{Load, LoadScene};
+use crate::stress::drive::DriveStress;
+use crate::stress::limit::{self, Limit, Probe};
+use crate::stress::{Memory, PERIOD_NS, Pace, Stress, Stressed};
+use clap::Args;
+use selection::concatenator::MAX_GENERATORS;
+use serde::Serialize;
+use std::fmt;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Cycles of a run of which nothing is said.
+const CYCLES: u64 = 300;
+/// Cycles of each number of candidates that is tried: some seconds.
+const CYCLES_OF_PROBE: u64 = 30;
+/// Candidates of an anchor of which nothing is said.
+const CANDIDATES: u32 = 64;
+/// Where a limit is sought and nothing is said: the pace of planners, and the time that there is for a cycle.
+const USUAL_RATE_HZ: f64 = 10.0;
+const USUAL_DEADLINE: Duration = Duration::from_millis(100);
+
+/// Arguments of `stress`.
+#[derive(Debug, Args)]
+pub struct StressArguments {
+    /// Candidates in each anchor [default: 64; of a drive: as recorded].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limit::MOST_CANDIDATES as i64))]
+    pub candidates: Option<u32>,
+    /// Points of each candidate, 0.1 s apart.
+    #[arg(long, value_name = "N", default_value_t = 80, value_parser = clap::value_parser!(u16).range(2..=10_000))]
+    pub points: u16,
+    /// Road users.
+    #[arg(long, value_name = "N", default_value_t = 50)]
+    pub objects: u16,
+    /// Predicted paths of each road user.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub paths: u8,
+    /// Generators among which the candidates are dealt out.
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..))]
+    pub generators: u16,
+    /// Anchors [default: 300; of a drive: all].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub cycles: Option<u64>,
+    /// Length of the run instead, in hours of the node's clock.
+    #[arg(long, value_name = "H", conflicts_with = "cycles", value_parser = positive)]
+    pub hours: Option<f64>,
+    /// Anchors per second, or one as soon as the cycle of the one before has ended [default: max; to find a limit: 10].
+    #[arg(long, value_name = "HZ|max")]
+    pub rate: Option<Pace>,
+    /// Time from the anchor to the last output; a cycle is cut then, and every cycle must hold it.
+    #[arg(long, value_name = "MS", value_parser = positive)]
+    pub deadline: Option<f64>,
+    /// Required: 99 of 100 cycles take at most this long.
+    #[arg(long, value_name = "MS", value_parser = positive)]
+    pub max_p99: Option<f64>,
+    /// Seek the largest number of candidates with which every cycle holds the deadline [default: 100 ms at 10 Hz].
+    #[arg(long, conflicts_with_all = ["drive", "hours"])]
+    pub find_limit: bool,
+    /// What is around the ego.
+    #[arg(long, default_value = "road", value_parser = parse_scene, value_name = "road|intersection|dense")]
+    pub scene: LoadScene,
+    /// A recorded drive as the load instead: points, objects and paths are those of the recording.
+    #[arg(long, value_name = "DRIVE", conflicts_with_all = ["scene", "points", "objects", "paths", "generators", "seed", "hours"])]
+    pub drive: Option<PathBuf>,
+    /// Seed of places, speeds and manoeuvres.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Write the run as one HTML page to this file: every cycle, every verdict, every reason.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// What every command that judges takes.
+    #[command(flatten)]
+    pub judge: JudgeArguments,
+}
+
+fn parse_scene(text: &str) -> Result<LoadScene, String> {
+    let scene = LoadScene::ALL.into_iter().find(|scene| scene.name() == text);
+    scene.ok_or_else(|| format!("\"{text}\" is no scene; write road, intersection or dense"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(format!("\"{text}\" is no number greater than 0")),
+    }
+}
+
+/// What `stress` gives.
+#[derive(Debug, Serialize)]
+pub struct StressReport {
+    /// Cycles, verdicts, latencies; of the run at the limit where a limit was sought.
+    #[serde(flatten)]
+    pub summary: RunSummary,
+    /// What was asked for; null for a drive.
+    pub load: Option<LoadShown>,
+    /// Anchors per second; null where one came as soon as the cycle before had ended.
+    pub rate_hz: Option<f64>,
+    /// Time from the anchor to the last output that every cycle had to hold; null where none was required.
+    pub deadline_ms: Option<f64>,
+    /// Cycles that took longer or were cut.
+    pub deadline_missed: u64,
+    /// Resident memory in the course of the run.
+    pub memory_mb: Memory,
+    /// The most that was ever in a store that grows with its inputs.
+    pub stores: Stores,
+    /// The largest load that held; null where none was sought.
+    pub limit: Option<Limit>,
+}
+
+/// How much of everything.
+#[derive(Debug, Serialize)]
+pub struct LoadShown {
+    candidates: usize,
+    points: usize,
+    objects: usize,
+    paths: usize,
+    generators: usize,
+}
+
+/// Fill of stores.
+#[derive(Debug, Serialize)]
+pub struct Stores {
+    buffer_generators: Store,
+    buffer_candidates: Store,
+}
+
+/// Fill of one store.
+#[derive(Debug, Serialize)]
+pub struct Store {
+    most: usize,
+    /// Null where only the size of a message bounds it.
+    bound: Option<usize>,
+}
+
+impl StressArguments {
+    fn pace(&self) -> Pace {
+        let usual = if self.find_limit { Pace::Hertz(USUAL_RATE_HZ) } else { Pace::Max };
+        self.rate.unwrap_or(usual)
+    }
+
+    fn deadline(&self) -> Option<Duration> {
+        let usual = self.find_limit.then_some(USUAL_DEADLINE);
+        self.deadline.map(|milliseconds| Duration::from_secs_f64(milliseconds / 1e3)).or(usual)
+    }
+
+    fn cycles(&self) -> u64 {
+        let rate_hz = match self.pace() {
+            Pace::Max => 1e9 / PERIOD_NS as f64,
+            Pace::Hertz(rate_hz) => rate_hz,
+        };
+        let of_hours = self.hours.map(|hours| (hours * 3600.0 * rate_hz).ceil() as u64);
+        of_hours.or(self.cycles).unwrap_or(if self.find_limit { CYCLES_OF_PROBE } else { CYCLES })
+    }
+
+    fn load(&self) -> Load {
+        Load {
+            scene: self.scene,
+            candidates: self.candidates.unwrap_or(CANDIDATES) as usize,
+            points: self.points.into(),
+            objects: self.objects.into(),
+            paths: self.paths.into(),
+            generators: self.generators.into(),
+            seed: self.seed,
+        }
+    }
+}
+
+/// Runs the load.
+///
+/// # Errors
+/// It cannot be started. What goes wrong on the way, and requirements that were missed, are in the summary.
+pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, Failure> {
+    let settings = arguments.judge.settings()?;
+    let (threads, deadline, page) =
+        (arguments.judge.threads(), arguments.deadline(), arguments.report.is_some());
+    let mut stress = Stress {
+        load: arguments.load(),
+        cycles: arguments.cycles(),
+        pace: arguments.pace(),
+        threads,
+        deadline,
+        page,
+        progress: progress && std::io::stderr().is_terminal(),
+    };
+    allocations::start_counting();
+    let mut limit = None;
+    let stressed = if let Some(path) = &arguments.drive {
+        let candidates = arguments.candidates.map(|count| count as usize);
+        let (cycles, pace) = (arguments.cycles, arguments.pace());
+        DriveStress { path, candidates, cycles, pace, threads, deadline, page }.run(&settings)?
+    } else if arguments.find_limit {
+        stress.progress = false;
+        let (found, at_limit) = limit::find(&stress, &settings, tell_probe)?;
+        stress.load.candidates = found.candidates.max(1);
+        limit = Some(found);
+        at_limit
+    } else {
+        stress.run(&settings)?
+    };
+    let Stressed { mut ended, missed, memory_mb } = stressed;
+    if ended.errors.is_empty() {
+        ended.errors.extend(missed_requirements(arguments, &ended.result, missed, limit.as_ref()));
+    }
+    let statistics = &ended.result.statistics;
+    let stores = Stores {
+        buffer_generators: Store { most: statistics.most_generators, bound: Some(MAX_GENERATORS) },
+        buffer_candidates: Store { most: statistics.most_candidates, bound: None },
+    };
+    let Load { candidates, points, objects, paths, generators, .. } = stress.load;
+    let load = LoadShown { candidates, points, objects, paths, generators };
+    let summary = summarise("stress", ended, Vec::new(), &settings, threads, arguments.report.as_deref())?;
+    Ok(StressReport {
+        summary,
+        load: arguments.drive.is_none().then_some(load),
+        rate_hz: match arguments.pace() {
+            Pace::Max => None,
+            Pace::Hertz(rate_hz) => Some(rate_hz),
+        },
+        deadline_ms: deadline.map(|deadline| deadline.as_secs_f64() * 1e3),
+        deadline_missed: missed,
+        memory_mb,
+        stores,
+        limit,
+    })
+}
+
+/// The bounds that were required and not held. While a limit is sought, missing the deadline is how it is found.
+fn missed_requirements(
+    arguments: &StressArguments,
+    result: &crate::report::summary::RunResult,
+    missed: u64,
+    limit: Option<&Limit>,
+) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    let mut fail = |text: String, flag: &str| failures.push(Failure::requirement(text).at(flag));
+    match (arguments.deadline(), limit) {
+        (Some(deadline), Some(limit)) if limit.candidates == 0 => {
+            fail(format!("not even one candidate holds the deadline of {deadline:?}"), "--deadline");
+        }
+        (Some(deadline), None) if missed > 0 => {
+            fail(format!("{missed} cycles missed the deadline of {deadline:?}"), "--deadline");
+        }
+        _ => {}
+    }
+    let p99_ms = result.statistics.latency.get("cycle").map(|cycle| cycle.quantile_us(0.99) / 1e3);
+    match (arguments.max_p99, p99_ms) {
+        (Some(_), None) => fail("there was no cycle".to_owned(), "--max-p99"),
+        (Some(max_ms), Some(p99_ms)) if p99_ms > max_ms => {
+            fail(format!("99 of 100 cycles took up to {p99_ms:.3} ms, not {max_ms} ms"), "--max-p99");
+        }
+        _ => {}
+    }
+    failures
+}
+
+fn tell_probe(probe: &Probe) {
+    let Probe { candidates, held, missed, p50_us, max_us } = probe;
+    let (p50_ms, max_ms) = (p50_us / 1e3, max_us / 1e3);
+    let verdict = if *held { "held".to_owned() } else { format!("{missed} cycles missed the deadline") };
+    eprintln!("{candidates:>7} candidates: p50 {p50_ms:.1} ms, longest {max_ms:.1} ms, {verdict}");
+}
+
+impl fmt::Display for StressReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        table::write(&self.summary, f)?;
+        writeln!(f)?;
+        if let Some(load) = &self.load {
+            let LoadShown { candidates, points, objects, paths, generators } = load;
+            writeln!(
+                f,
+                "load: {candidates} candidates of {generators} generators x {points} points, {objects} road users x {paths} paths"
+            )?;
+        }
+        if let Some(deadline_ms) = self.deadline_ms {
+            writeln!(f, "deadline of {deadline_ms} ms: {} cycles missed it", self.deadline_missed)?;
+        }
+        table::write_resources(&self.summary, f)?;
+        let Memory { start, warm, end } = self.memory_mb;
+        let shown = |megabytes: Option<f64>| megabytes.map_or("?".to_owned(), |mb| format!("{mb:.1}"));
+        writeln!(
+            f,
+            "resident memory, MB: {} at the start, {} warm, {} at the end",
+            shown(start),
+            shown(warm),
+            shown(end)
+        )?;
+        if let Some(limit) = &self.limit {
+            let Limit { candidates, at_least, deadline_ms, rate_hz, .. } = limit;
+            let rate = rate_hz.map_or("at full speed".to_owned(), |rate_hz| format!("at {rate_hz} Hz"));
+            let most = if *at_least { "at least" } else { "at most" };
+            writeln!(f, "limit: {most} {candidates} candidates hold {deadline_ms} ms {rate}")?;
+        }
+        Ok(())
+    }
+}

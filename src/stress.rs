@@ -1,0 +1,283 @@
+//! Load on the whole actor system: messages as fast as cycles end, or at a rate, with everything counted.
+//!
+//! Messages go in as a graph brings them, serialised; decoding them is part of what is measured. What comes out is
+//! encoded as if every output had a subscriber, and dropped. At a rate, a message is due at a fixed time, whatever became of
+//! those before it, and latency counts from then: a cycle that blocks the next one costs both. As fast as cycles end,
+//! time is stepped by [`PERIOD_NS`] and no cycle is cut, so that the verdicts depend on load and settings alone.
+
+pub mod drive;
+mod feed;
+pub mod limit;
+
+use crate::allocations;
+use crate::commands::Failure;
+use crate::commands::node::received;
+use crate::recorder::Recorder;
+use crate::report::page::Page;
+use crate::report::summary::{Input as InputSummary, RunResult};
+use crate::report::usage;
+use crate::scenario::load::{Load, LoadMessages};
+use crate::session::{Ended, validator_of, vehicle_of};
+use crate::settings::Settings;
+use feed::Feed;
+use messages::Interface;
+use messages::builtin_interfaces::Time;
+use selection::{Pipeline, Ranker};
+use selector_actors::publisher::PublishedTimes;
+use selector_actors::{Clock, Config, SelectorSystem};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Time between two anchors where they come as fast as cycles end.
+pub const PERIOD_NS: i64 = 100_000_000;
+/// Wire form of the load.
+const INTERFACE: Interface = Interface::V0_53;
+/// Memory has its steady size after this share of a run, or this long.
+const WARM_SHARE: u64 = 10;
+const WARM_TIME: Duration = Duration::from_secs(60);
+
+/// How fast anchors come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// One when the cycle of the one before has ended.
+    Max,
+    /// So many in a second.
+    Hertz(f64),
+}
+
+/// A pace that is none.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("\"{0}\" is no rate; write max, or cycles per second such as 10")]
+pub struct BadPace(pub String);
+
+impl std::str::FromStr for Pace {
+    type Err = BadPace;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.parse::<f64>() {
+            _ if text == "max" => Ok(Self::Max),
+            Ok(rate) if rate.is_finite() && (0.001..=10_000.0).contains(&rate) => Ok(Self::Hertz(rate)),
+            _ => Err(BadPace(text.to_owned())),
+        }
+    }
+}
+
+/// A run of a load.
+#[derive(Debug, Clone, Copy)]
+pub struct Stress {
+    /// What each cycle works on.
+    pub load: Load,
+    /// Anchors.
+    pub cycles: u64,
+    /// How fast they come.
+    pub pace: Pace,
+    /// Threads that judge.
+    pub threads: usize,
+    /// A cycle is cut then, and missed if it ends later. `None`: the settings' budget at a rate, else no end.
+    pub deadline: Option<Duration>,
+    /// Whether to gather the report page.
+    pub page: bool,
+    /// Whether to draw a progress bar.
+    pub progress: bool,
+}
+
+/// What a run gives.
+#[derive(Debug)]
+pub struct Stressed {
+    /// Counts and latencies.
+    pub ended: Ended,
+    /// Cycles that missed the deadline.
+    pub missed: u64,
+    /// Resident memory.
+    pub memory_mb: Memory,
+}
+
+/// Resident memory in the course of a run, MB.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Memory {
+    /// Before the first cycle.
+    pub start: Option<f64>,
+    /// After a tenth of the run, or its first minute.
+    pub warm: Option<f64>,
+    /// After the last cycle.
+    pub end: Option<f64>,
+}
+
+impl Stress {
+    /// Runs the load.
+    ///
+    /// # Errors
+    /// The node cannot be started.
+    pub fn run(&self, settings: &Settings) -> Result<Stressed, Failure> {
+        let began = Instant::now();
+        let recorder = Recorder::counting();
+        {
+            let mut recording = recorder.lock();
+            recording.encode_as = Some(INTERFACE);
+            recording.deadline = self.deadline;
+            recording.page = self.page.then(|| validator_of(settings).map(Page::new)).transpose()?;
+        }
+        let messages = self.load.messages();
+        let mut feed = Feed::of(&messages);
+        let clock = match self.pace {
+            Pace::Max => Clock::stepped(LoadMessages::start()),
+            Pace::Hertz(_) => Clock::System,
+        };
+        let system = SelectorSystem::start(self.config(settings, clock)?, Box::new(recorder.clone()))?;
+        let mut course = Course::new(self, began);
+        let stopped = self.drive(&system, &messages, &mut feed, &mut course).err();
+        let received = received(system.inlets().tally());
+        let stopping = system.stop().map_err(Failure::from);
+        course.memory_mb.end = usage::resident_memory_mb();
+        course.bar.finish_and_clear();
+        let coalesced = stopping.as_ref().map_or(0, |state| state.coalesced);
+        // The first failure says what is wrong; the other may only say it again.
+        let errors = stopped.or(stopping.err()).into_iter().collect();
+        let mut recording = recorder.lock();
+        let result = RunResult {
+            input: InputSummary { name: self.load.scene.name().to_owned(), seed: Some(self.load.seed) },
+            interface: INTERFACE.name(),
+            statistics: std::mem::take(&mut recording.statistics),
+            messages: received,
+            coalesced,
+            output: None,
+            wall: began.elapsed(),
+        };
+        let ended =
+            Ended { result, watched: None, page: recording.page.take(), errors, warnings: Vec::new() };
+        Ok(Stressed { ended, missed: recording.missed, memory_mb: course.memory_mb })
+    }
+
+    fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
+        let (vehicle, validator) = (vehicle_of(settings)?, validator_of(settings)?);
+        let ranker = Ranker::new(settings.ranker.clone(), settings.selector.sources());
+        let usual_budget = match self.pace {
+            Pace::Max => None,
+            Pace::Hertz(_) => Some(settings.selector.cycle_budget()),
+        };
+        Ok(Config {
+            clock,
+            threads: self.threads,
+            fallback_period_ms: settings.selector.fallback_period_ms,
+            duration_time_s: settings.concatenator.duration_time,
+            cycle_budget: self.deadline.or(usual_budget),
+            vehicle,
+            pipeline: Pipeline::new(validator, ranker),
+            interface: INTERFACE,
+            published_times: PublishedTimes::Measured,
+            count_allocations: Some(allocations::of_this_thread),
+        })
+    }
+
+    fn drive(
+        &self,
+        system: &SelectorSystem,
+        messages: &LoadMessages,
+        feed: &mut Feed,
+        course: &mut Course,
+    ) -> Result<(), Failure> {
+        for input in messages.once() {
+            system.inlets().tally().count_received(input.topic());
+            system.deliver(input)?;
+        }
+        course.memory_mb.start = usage::resident_memory_mb();
+        match self.pace {
+            Pace::Max => self.step(system, feed, course),
+            Pace::Hertz(rate) => self.keep_pace(rate, system, feed, course),
+        }
+    }
+
+    /// Time stands while a cycle runs.
+    fn step(&self, system: &SelectorSystem, feed: &mut Feed, course: &mut Course) -> Result<(), Failure> {
+        let start_ns = LoadMessages::start().nanoseconds();
+        for cycle in 1..=self.cycles {
+            let now = Time::from_nanoseconds(start_ns + i64::try_from(cycle).unwrap_or(i64::MAX) * PERIOD_NS);
+            system.advance_to(now)?;
+            for message in feed.messages() {
+                let due = Instant::now();
+                let input = message.at(now)?;
+                system.inlets().tally().count_received(input.topic());
+                system.deliver_due(input, due)?;
+            }
+            course.has_run(cycle);
+        }
+        Ok(())
+    }
+
+    /// Time passes by itself; messages come when they are due.
+    fn keep_pace(
+        &self,
+        rate_hz: f64,
+        system: &SelectorSystem,
+        feed: &mut Feed,
+        course: &mut Course,
+    ) -> Result<(), Failure> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .map_err(|error| Failure::internal(error.to_string()))?;
+        let period = Duration::from_secs_f64(1.0 / rate_hz);
+        let (start, start_time) = (Instant::now(), Clock::System.now());
+        for cycle in 1..=self.cycles {
+            let since_start = period.mul_f64(cycle as f64);
+            let due = start + since_start;
+            let since_start_ns = i64::try_from(since_start.as_nanos()).unwrap_or(i64::MAX);
+            let stamp = Time::from_nanoseconds(start_time.nanoseconds().saturating_add(since_start_ns));
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            for message in feed.messages() {
+                let input = message.at(stamp)?;
+                let taken = runtime.block_on(system.inlets().take(input, due));
+                taken.map_err(|closed| Failure::internal(closed.to_string()))?;
+            }
+            course.has_run(cycle);
+        }
+        system.settle()?;
+        Ok(())
+    }
+}
+
+/// How far a run has come.
+struct Course {
+    began: Instant,
+    cycles: u64,
+    memory_mb: Memory,
+    bar: indicatif::ProgressBar,
+}
+
+/// Cycles between two looks at the bar and the memory.
+const LOOK_EVERY: u64 = 10;
+
+impl Course {
+    fn new(stress: &Stress, began: Instant) -> Self {
+        let bar = if stress.progress {
+            indicatif::ProgressBar::new(stress.cycles).with_style(indicatif::ProgressStyle::default_bar())
+        } else {
+            indicatif::ProgressBar::hidden()
+        };
+        Self { began, cycles: stress.cycles, memory_mb: Memory::default(), bar }
+    }
+
+    fn has_run(&mut self, cycle: u64) {
+        if !cycle.is_multiple_of(LOOK_EVERY) && cycle != self.cycles {
+            return;
+        }
+        self.bar.set_position(cycle);
+        let is_warm = cycle >= self.cycles / WARM_SHARE || self.began.elapsed() > WARM_TIME;
+        if is_warm && self.memory_mb.warm.is_none() {
+            self.memory_mb.warm = usage::resident_memory_mb();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paces() {
+        assert_eq!("max".parse(), Ok(Pace::Max));
+        assert_eq!("12.5".parse(), Ok(Pace::Hertz(12.5)));
+        for bad in ["", "0", "-1", "nan", "inf", "1e9", "fast"] {
+            assert!(bad.parse::<Pace>().is_err(), "{bad}");
+        }
+    }
+}
