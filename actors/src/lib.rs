@@ -8,6 +8,8 @@
 //!                      ▲                         │  ▲ ▲        (rayon)        │
 //!                      └────── fresh candidates ─┤  │ └─── cycle ended ───────┘
 //!  sensors, map ──► sensors ◄───── snapshot ─────┘  └ fallback timer
+//!
+//!  goal ──► provider (planning thread) ─ first in a cycle ─► buffer
 //! ```
 
 pub mod buffer;

@@ -12,6 +12,7 @@ pub use fallback_timer::FallbackTimer;
 use crate::buffer::{Buffer, SetDurationTime, TakeFresh};
 use crate::clock::Clock;
 use crate::cycle::{Cycle, Trigger};
+use crate::provider::{OpenSpace, Provide};
 use crate::sensors::{Sensors, TakeSnapshot};
 use crate::validation::{SetRankerParameters, SetValidatorParameters, Validation};
 use actix::fut::WrapFuture;
@@ -31,6 +32,8 @@ use tracing::{error, info};
 /// The actors that a cycle passes through.
 #[derive(Debug)]
 pub(crate) struct Stages {
+    /// Adds its candidates at the beginning of a cycle, if there is one.
+    pub(crate) provider: Option<Addr<OpenSpace>>,
     pub(crate) buffer: Addr<Buffer>,
     pub(crate) sensors: Addr<Sensors>,
     pub(crate) validation: Addr<Validation>,
@@ -138,13 +141,8 @@ impl Scheduler {
         let (number, now, started) = (self.cycles, self.clock.now(), Instant::now());
         let Triggered { trigger, arrived, receive, buffer } = *triggered;
         let deadline = self.budget.map(|budget| started + budget);
-        // Candidates first: the scene is then at least as new as they are.
-        let fresh = stages.buffer.send(TakeFresh(now));
-        let scene = stages.sensors.send(TakeSnapshot(now));
-        let collected = async move { Ok((fresh.await?, scene.await?)) };
-        let collected = collected.into_actor(self).map(move |inputs, scheduler, ctx| {
-            let inputs: Result<(Concatenated, Arc<Scene>), MailboxError> = inputs;
-            match inputs {
+        let collected =
+            collect(stages, now).into_actor(self).map(move |inputs, scheduler, ctx| match inputs {
                 Ok((concatenated, scene)) => {
                     let snapshot = started.elapsed();
                     let cycle = Cycle {
@@ -165,8 +163,7 @@ impl Scheduler {
                     error!("cycle {number} is given up, an owner of its inputs is gone: {gone}");
                     scheduler.end(ctx);
                 }
-            }
-        });
+            });
         ctx.spawn(collected);
     }
 
@@ -214,6 +211,24 @@ impl Scheduler {
             info!("New concatenate_and_validate timer callback created with period {period_ms}.");
             self.announce_deadline();
         }
+    }
+}
+
+/// What a cycle works on.
+fn collect(
+    stages: &Stages,
+    now: Time,
+) -> impl Future<Output = Result<(Concatenated, Arc<Scene>), MailboxError>> + use<> {
+    let (provider, buffer, sensors) =
+        (stages.provider.clone(), stages.buffer.clone(), stages.sensors.clone());
+    async move {
+        if let Some(provider) = provider {
+            provider.send(Provide(sensors.send(TakeSnapshot(now)).await?)).await?;
+        }
+        // Candidates first: the scene is then at least as new as they are.
+        let fresh = buffer.send(TakeFresh(now));
+        let scene = sensors.send(TakeSnapshot(now));
+        Ok((fresh.await?, scene.await?))
     }
 }
 

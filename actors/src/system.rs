@@ -8,6 +8,7 @@ use crate::buffer::{Add, Buffer, SetDurationTime};
 use crate::clock::Clock;
 use crate::inlets::{Inlets, SensorSlots};
 use crate::map_decoder::MapDecoder;
+use crate::provider::{OpenSpace, ProviderConfig, SetRegion};
 use crate::publisher::{Outlet, PublishedTimes, Publisher, Report, Sink, SinkError};
 use crate::scheduler::{
     Configure, Finish, Parameters, Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp,
@@ -23,6 +24,7 @@ use messages::Interface;
 use messages::autoware_perception_msgs::TrafficLightGroupArray;
 use messages::builtin_interfaces::Time;
 use motion::VehicleInfo;
+use open_space::provider::{OutOfRange, Region};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::ranker::GeneratorSource;
@@ -63,12 +65,19 @@ pub enum SystemError {
     /// The operating system gave no thread.
     #[error("a thread cannot be started: {0}; are there limits on threads or memory?")]
     NoThread(String),
+    /// Parameters of the open-space provider that are out of their range.
+    #[error("{}", refusals(.0))]
+    Parameters(Vec<OutOfRange>),
     /// An actor is gone; nothing more will be published.
     #[error("the selector has stopped: its {0} is gone; see the log for a panic")]
     ActorGone(&'static str),
     /// An output could not be written. What was written before stands.
     #[error(transparent)]
     Sink(#[from] SinkError),
+}
+
+fn refusals(refused: &[OutOfRange]) -> String {
+    refused.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// The running actors.
@@ -84,6 +93,7 @@ pub struct SelectorSystem {
 
 #[derive(Debug, Clone)]
 struct Actors {
+    provider: Option<Addr<OpenSpace>>,
     buffer: Addr<Buffer>,
     sensors: Addr<Sensors>,
     scheduler: Addr<Scheduler>,
@@ -96,6 +106,19 @@ impl SelectorSystem {
     /// # Errors
     /// The operating system gives no threads.
     pub fn start(config: Config, sink: Box<dyn Sink>) -> Result<Self, SystemError> {
+        Self::start_with_provider(config, None, sink)
+    }
+
+    /// Starts the actors, the open-space provider among them if there is a configuration for it. It rests until it has
+    /// a goal.
+    ///
+    /// # Errors
+    /// The operating system gives no threads, or a parameter is out of its range.
+    pub fn start_with_provider(
+        config: Config,
+        provider: Option<ProviderConfig>,
+        sink: Box<dyn Sink>,
+    ) -> Result<Self, SystemError> {
         let pool = ThreadPoolBuilder::new()
             .num_threads(config.threads.max(1))
             .thread_name(|index| format!("judge-{index}"))
@@ -104,13 +127,13 @@ impl SelectorSystem {
         let decoder = MapDecoder::start().map_err(|error| SystemError::NoThread(error.to_string()))?;
         let clock = config.clock.clone();
         let shared = Shared::default();
-        let parts = Parts { config, sink, pool: Arc::new(pool), decoder, shared: shared.clone() };
+        let parts = Parts { config, provider, sink, pool: Arc::new(pool), decoder, shared: shared.clone() };
         let (ready, started) = bounded(1);
         let thread = std::thread::Builder::new()
             .name("selector".to_owned())
             .spawn(move || run_actors(parts, &ready))
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
-        let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))?;
+        let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))??;
         let Shared { failure, slots, tally } = shared;
         let inlets = Inlets::new(slots, tally, actors.buffer.clone(), actors.sensors.clone());
         Ok(Self { clock, actors, inlets, system, thread: Some(thread), failure })
@@ -206,6 +229,14 @@ impl SelectorSystem {
         ask("buffer", |reply| self.actors.buffer.do_send(crate::buffer::WaitForBuffer(reply)))
     }
 
+    /// Gives the open-space provider a goal and what surrounds it, from the next cycle on, or takes it away; a plan in
+    /// progress is called off. Nothing happens where the actors were started without a provider.
+    pub fn set_region(&self, region: Option<Arc<Region>>) {
+        if let Some(provider) = &self.actors.provider {
+            provider.do_send(SetRegion(region));
+        }
+    }
+
     /// Changes the fallback period; a new value restarts the timer, the same one does not.
     ///
     /// # Errors
@@ -279,6 +310,7 @@ struct Shared {
 /// What the actors are made of.
 struct Parts {
     config: Config,
+    provider: Option<ProviderConfig>,
     sink: Box<dyn Sink>,
     pool: Arc<ThreadPool>,
     decoder: MapDecoder,
@@ -286,20 +318,23 @@ struct Parts {
 }
 
 /// The arbiter thread: wires the actors, hands out their addresses, runs until the system is stopped.
-fn run_actors(parts: Parts, ready: &Sender<(Actors, System)>) {
+fn run_actors(parts: Parts, ready: &Sender<Result<(Actors, System), SystemError>>) {
     let runner = System::new();
     runner.block_on(async {
         let actors = wire(parts);
+        if actors.is_err() {
+            System::current().stop();
+        }
         // If nobody waits for the addresses any more, the system will be stopped at once.
-        let _ = ready.send((actors, System::current()));
+        let _ = ready.send(actors.map(|actors| (actors, System::current())));
     });
     if let Err(error) = runner.run() {
         tracing::error!("the actors have ended abnormally: {error}");
     }
 }
 
-fn wire(parts: Parts) -> Actors {
-    let Parts { config, sink, pool, decoder, shared: Shared { failure, slots, tally } } = parts;
+fn wire(parts: Parts) -> Result<Actors, SystemError> {
+    let Parts { config, provider, sink, pool, decoder, shared: Shared { failure, slots, tally } } = parts;
     let outlet = Outlet {
         sink,
         clock: config.clock.clone(),
@@ -310,7 +345,8 @@ fn wire(parts: Parts) -> Actors {
     let publisher = Publisher::new(outlet, tally.clone()).start();
     let validation =
         Validation::new(config.pipeline, pool, publisher.clone(), config.count_allocations).start();
-    let mut scene = Scene::empty(config.clock.now(), Arc::new(config.vehicle));
+    let vehicle = config.vehicle;
+    let mut scene = Scene::empty(config.clock.now(), Arc::new(vehicle));
     // A node that never saw a traffic light message judges as if no light were in sight.
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
     let clock = config.clock.clone();
@@ -318,8 +354,16 @@ fn wire(parts: Parts) -> Actors {
     let scheduler =
         Scheduler::new(config.clock.clone(), config.fallback_period_ms, config.cycle_budget).start();
     let buffer = Buffer::new(config.duration_time_s, scheduler.clone()).start();
+    let provider = match provider {
+        Some(provider) => {
+            let provider = OpenSpace::new(provider, vehicle, &config.clock, buffer.clone());
+            Some(provider.map_err(SystemError::Parameters)?.start())
+        }
+        None => None,
+    };
     publisher.do_send(Report(scheduler.clone()));
     scheduler.do_send(Wire(Stages {
+        provider: provider.clone(),
         buffer: buffer.clone(),
         sensors: sensors.clone(),
         validation: validation.clone(),
@@ -327,5 +371,5 @@ fn wire(parts: Parts) -> Actors {
     if config.clock.runs_by_itself() {
         actix::spawn(sleep_and_wake(config.clock, scheduler.clone()));
     }
-    Actors { buffer, sensors, scheduler, validation }
+    Ok(Actors { provider, buffer, sensors, scheduler, validation })
 }

@@ -19,6 +19,7 @@ mod sync {
     pub(super) use std::sync::PoisonError;
 }
 
+use super::desk;
 use super::stand_ins::{job, planned_for, point, region, vehicle};
 use open_space::provider::{
     Execution, Frame, Job, Outcome, PlanFailure, Planned, PlanningWorker, PreviousFrame, Provider,

@@ -4,6 +4,7 @@
 //! continues. The primitives come from the parent module: the exploration puts this file on others and tries its
 //! interleavings.
 
+use super::desk::Desk;
 use super::sync::{Arc, AtomicBool, Builder, Condvar, JoinHandle, Mutex, MutexGuard, Ordering, PoisonError};
 use open_space::provider::{
     Job, Outcome, PlanFailure, Planned, PlanningWorker, WorkerNotStarted, WorkerState,
@@ -12,8 +13,8 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// Plans one job; asks often whether planning was called off. Lives on the planning thread.
-pub type PlanJob = Box<dyn FnMut(&Job, &dyn Fn() -> bool) -> Result<Outcome, PlanFailure>>;
+/// Plans one job; asks often whether planning was called off. Stays on the planning thread.
+pub type PlanJob = Box<dyn FnMut(&Job, &dyn Fn() -> bool) -> Result<Outcome, PlanFailure> + Send>;
 
 /// Makes a planner; called on the planning thread for the first job and for the one after a panic.
 pub type MakePlanner = Arc<dyn Fn() -> PlanJob + Send + Sync>;
@@ -31,14 +32,6 @@ struct Shared {
     changed: Condvar,
     /// Set once, under the lock of the desk.
     cancelled: AtomicBool,
-}
-
-#[derive(Default)]
-struct Desk {
-    job: Option<Job>,
-    planned: Option<Planned>,
-    failure: Option<PlanFailure>,
-    skips: u64,
 }
 
 impl Shared {
@@ -59,9 +52,7 @@ impl Shared {
     fn next_job(&self) -> Option<Job> {
         let mut desk = self.desk();
         while !self.is_cancelled() {
-            if desk.planned.is_none()
-                && let Some(job) = desk.job.take()
-            {
+            if let Some(job) = desk.next_job() {
                 return Some(job);
             }
             desk = self.changed.wait(desk).unwrap_or_else(PoisonError::into_inner);
@@ -95,11 +86,7 @@ impl PlanningWorker for PlanningThread {
     }
 
     fn take_planned(&mut self) -> Option<Planned> {
-        let mut desk = self.shared.desk();
-        let planned = desk.planned.take()?;
-        // It was made while this result waited; the next cycle knows better where to start.
-        desk.job = None;
-        Some(planned)
+        self.shared.desk().take_planned()
     }
 
     fn take_failure(&mut self) -> Option<PlanFailure> {
@@ -107,14 +94,7 @@ impl PlanningWorker for PlanningThread {
     }
 
     fn state(&self) -> WorkerState {
-        let desk = self.shared.desk();
-        WorkerState {
-            data_ready: desk.job.is_some(),
-            trajectory_updated: desk.planned.is_some(),
-            trajectory_skipped: desk.skips > 0,
-            trajectory_error: desk.failure.is_some(),
-            skips: desk.skips,
-        }
+        self.shared.desk().state()
     }
 
     fn request_stop(&mut self) {
@@ -162,7 +142,7 @@ fn work(make_planner: &MakePlanner, shared: &Shared) {
 
 /// Plans a job, making the planner if there is none. One that panics is thrown away, so nobody sees what it left half
 /// done; the next job starts with a fresh one.
-fn plan(
+pub(super) fn plan(
     make_planner: &MakePlanner,
     planner: &mut Option<PlanJob>,
     job: &Job,
@@ -173,19 +153,6 @@ fn plan(
         *planner = None;
         Err(PlanFailure::Panicked { message: panic_message(panic.as_ref()) })
     })
-}
-
-impl Desk {
-    fn put(&mut self, job: Job, outcome: Result<Outcome, PlanFailure>, latency_ms: f64) {
-        let Job { stitching, submitted_s, .. } = job;
-        match outcome {
-            Ok(Outcome::Planned(optimized)) => {
-                self.planned = Some(Planned { optimized, stitching, submitted_s, latency_ms });
-            }
-            Ok(Outcome::Skipped) => self.skips += 1,
-            Err(failure) => self.failure = Some(failure),
-        }
-    }
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> String {
