@@ -4,7 +4,7 @@
 //! This is the last gate: what was not accepted in this very cycle does not pass, whatever the ranking says.
 
 use crate::candidate::{Candidate, CandidateKey};
-use crate::ranker::Ranking;
+use crate::ranker::{Ranking, accepted_at};
 use crate::verdict::Verdict;
 use messages::autoware_internal_debug_msgs::Float64Stamped;
 use messages::autoware_internal_planning_msgs::CandidateTrajectory;
@@ -31,17 +31,14 @@ pub struct Selected {
 #[must_use]
 pub fn select(candidates: &[Candidate], verdicts: &[Verdict], ranking: &Ranking) -> Option<Selected> {
     let best = ranking.best()?;
-    let (candidate, verdict) = (candidates.get(best.index)?, verdicts.get(best.index)?);
-    let is_accepted = verdict.accepted && verdict.key == candidate.key;
-    is_accepted.then(|| {
-        let CandidateTrajectory { header, points, turn_indicators_command, .. } = &*candidate.message;
-        Selected {
-            key: candidate.key,
-            generator_name: candidate.generator_name.clone(),
-            score: best.score,
-            trajectory: Arc::new(Trajectory { header: header.clone(), points: points.clone() }),
-            turn_indicators: *turn_indicators_command,
-        }
+    let candidate = accepted_at(best.index, candidates, verdicts)?;
+    let CandidateTrajectory { header, points, turn_indicators_command, .. } = &*candidate.message;
+    Some(Selected {
+        key: candidate.key,
+        generator_name: candidate.generator_name.clone(),
+        score: best.score,
+        trajectory: Arc::new(Trajectory { header: header.clone(), points: points.clone() }),
+        turn_indicators: *turn_indicators_command,
     })
 }
 

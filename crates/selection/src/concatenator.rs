@@ -9,6 +9,7 @@ use crate::candidate::{Candidate, Points};
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
 use messages::builtin_interfaces::Time;
 use messages::unique_identifier_msgs::Uuid;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Most generators kept at once. Upstream has no limit, and candidates stamped in the future never expire there; a
@@ -110,36 +111,30 @@ impl Concatenator {
     /// Puts the trajectories of every generator that the message announces in place of that generator's older ones.
     /// An announcement without trajectories clears the generator. A message without announcements does nothing.
     pub fn add(&mut self, message: &CandidateTrajectories) {
-        let announced = |id: Uuid| message.generator_info.iter().any(|info| info.generator_id == id);
-        self.oddities.unannounced += message
-            .candidate_trajectories
-            .iter()
-            .filter(|candidate| !announced(candidate.generator_id))
-            .count();
+        // One pass over each list, so that a message of many generators costs no more than its length.
+        let mut groups: HashMap<Uuid, Vec<Buffered>> = HashMap::new();
+        for candidate in &message.candidate_trajectories {
+            let points = Arc::new(Points::of(candidate.clone()));
+            let buffered = Buffered { message: candidate.clone(), points };
+            groups.entry(candidate.generator_id).or_default().push(buffered);
+        }
+        // Upstream empties a generator that is announced twice; here the last announcement wins and keeps them.
+        let infos = message.generator_info.iter().enumerate();
+        let last: HashMap<Uuid, usize> = infos.map(|(index, info)| (info.generator_id, index)).collect();
+        self.oddities.announced_twice += message.generator_info.len() - last.len();
         for (index, info) in message.generator_info.iter().enumerate() {
-            // Upstream empties a generator that is announced twice; here the last announcement wins and keeps them.
-            let id = info.generator_id;
-            if message.generator_info[index + 1..].iter().any(|later| later.generator_id == id) {
-                self.oddities.announced_twice += 1;
+            if last.get(&info.generator_id) != Some(&index) {
                 continue;
             }
-            let trajectories = message
-                .candidate_trajectories
-                .iter()
-                .filter(|candidate| candidate.generator_id == id)
-                .map(|candidate| Buffered {
-                    message: candidate.clone(),
-                    points: Arc::new(Points::of(candidate.clone())),
-                })
-                .collect();
             self.replace(Entry {
                 name: Arc::from(info.generator_name.data.as_str()),
                 info: info.clone(),
-                trajectories,
+                trajectories: groups.remove(&info.generator_id).unwrap_or_default(),
             });
+            self.oddities.evicted += self.entries.len().saturating_sub(MAX_GENERATORS);
+            self.entries.truncate(MAX_GENERATORS);
         }
-        self.oddities.evicted += self.entries.len().saturating_sub(MAX_GENERATORS);
-        self.entries.truncate(MAX_GENERATORS);
+        self.oddities.unannounced += groups.values().map(Vec::len).sum::<usize>();
     }
 
     /// A known generator keeps its place, a new one goes to the front.

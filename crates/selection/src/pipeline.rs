@@ -1,15 +1,17 @@
 //! The whole step of a cycle: candidates and a scene in, what leaves the node out.
 //!
 //! Owns validator and ranker, and with them all memory from cycle to cycle but the concatenator's. What it promises:
-//! every accepted candidate was judged in this very step; what is selected was accepted in it. How candidates are spread
-//! over threads is the caller's business, and so are the clock and what is done with the results.
+//! every accepted candidate was judged in this very step; what is selected was accepted in it; a ranker that panics costs
+//! the choice and its own memory, not the validated set. How candidates are spread over threads is the caller's business,
+//! and so are the clock and what is done with the results.
 
 use crate::adapter::{self, Selected};
 use crate::candidate::Candidate;
 use crate::concatenator::Concatenated;
 use crate::filters::Scratch;
+use crate::panics::caught;
 use crate::parameters::{RankerParameters, ValidatorParameters};
-use crate::ranker::{GeneratorSource, Ranker, Ranking};
+use crate::ranker::{GeneratorSource, Rank, Ranking};
 use crate::report::{self, FilterSummary};
 use crate::scene::Scene;
 use crate::validator::{Stopwatch, Validator};
@@ -19,14 +21,15 @@ use messages::autoware_internal_planning_msgs::{
 };
 use messages::autoware_trajectory_validator::ValidationReportArray;
 
-/// Judges all candidates of a scene; gives verdicts in the order of the candidates, and nanoseconds by filter.
+/// Judges all candidates of a scene; gives verdicts in the order of the candidates, and nanoseconds by filter. A
+/// candidate whose verdict is not in its place counts as not judged.
 pub type JudgeAll<'a> = dyn Fn(&Validator, &Scene, &[Candidate]) -> (Vec<Verdict>, Vec<u64>) + 'a;
 
 /// Validates, ranks and adapts.
 #[derive(Debug)]
 pub struct Pipeline {
     validator: Validator,
-    ranker: Ranker,
+    ranker: Box<dyn Rank>,
 }
 
 /// What a step gives.
@@ -72,8 +75,8 @@ pub struct StepTimes {
 impl Pipeline {
     /// Joins validator and ranker.
     #[must_use]
-    pub fn new(validator: Validator, ranker: Ranker) -> Self {
-        Self { validator, ranker }
+    pub fn new(validator: Validator, ranker: impl Rank + 'static) -> Self {
+        Self { validator, ranker: Box::new(ranker) }
     }
 
     /// The filters.
@@ -89,7 +92,9 @@ impl Pipeline {
 
     /// Hands changed parameters to the ranker; to be called between two steps.
     pub fn configure_ranker(&mut self, parameters: RankerParameters, sources: Vec<GeneratorSource>) {
-        self.ranker.configure(parameters, sources);
+        if caught(|| self.ranker.configure(parameters, sources)).is_err() {
+            self.ranker.forget();
+        }
     }
 
     /// One step. `scene` has all mandatory inputs.
@@ -105,11 +110,10 @@ impl Pipeline {
         self.validator.observe(scene);
         let observed = stopwatch();
         let (verdicts, filters_ns) = judge_all(&self.validator, scene, candidates);
+        let verdicts = in_their_places(candidates, verdicts);
         self.validator.remember(candidates, &verdicts);
         let judged = stopwatch();
-        let ranking = self.ranker.rank(scene, candidates, &verdicts);
-        let ranked = stopwatch();
-        self.ranker.remember(scene, candidates, &ranking);
+        let (ranking, ranked) = self.rank(scene, candidates, &verdicts, stopwatch);
         let remembered = stopwatch();
         let selected = adapter::select(candidates, &verdicts, &ranking);
         let adapted = stopwatch();
@@ -118,7 +122,7 @@ impl Pipeline {
             reports: report::validation_reports(&self.validator, candidates, &verdicts),
             planning_factors: report::planning_factors(&self.validator, scene, &verdicts),
             filters: report::filter_summaries(&self.validator, &verdicts),
-            scored: ranking.to_message(candidates, &concatenated.generators),
+            scored: ranking.to_message(candidates, &verdicts, &concatenated.generators),
             ranking,
             selected,
             verdicts,
@@ -132,6 +136,40 @@ impl Pipeline {
             },
         }
     }
+
+    /// Ranks and remembers; gives the time between the two. Should the ranker panic, nothing is ranked in this step, and
+    /// its memory starts anew.
+    fn rank(
+        &mut self,
+        scene: &Scene,
+        candidates: &[Candidate],
+        verdicts: &[Verdict],
+        stopwatch: Stopwatch,
+    ) -> (Ranking, u64) {
+        let ranked = caught(|| {
+            let ranking = self.ranker.rank(scene, candidates, verdicts);
+            let ranked = stopwatch();
+            self.ranker.remember(scene, candidates, &ranking);
+            (ranking, ranked)
+        });
+        ranked.unwrap_or_else(|panic| {
+            self.ranker.forget();
+            (Ranking::failed(panic), stopwatch())
+        })
+    }
+}
+
+/// One verdict for each candidate, in order; where there is none or another's, the candidate was not judged.
+fn in_their_places(candidates: &[Candidate], mut verdicts: Vec<Verdict>) -> Vec<Verdict> {
+    verdicts.truncate(candidates.len());
+    for (verdict, candidate) in verdicts.iter_mut().zip(candidates) {
+        if verdict.key != candidate.key {
+            *verdict = Verdict::out_of_time(candidate.key);
+        }
+    }
+    let missing = candidates[verdicts.len()..].iter();
+    verdicts.extend(missing.map(|candidate| Verdict::out_of_time(candidate.key)));
+    verdicts
 }
 
 /// Judges candidates one after the other, for a [`JudgeAll`] on one thread or a thread's share of one.
@@ -147,3 +185,6 @@ pub fn judge_in_order(
     let verdicts = candidates.iter().map(&mut judge).collect();
     (verdicts, times_ns)
 }
+
+#[cfg(test)]
+mod tests;

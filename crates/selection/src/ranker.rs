@@ -104,6 +104,8 @@ pub struct Ranking {
     best: Option<usize>,
     /// What kind of planner made the last chosen trajectory before this cycle.
     pub previous_source: Option<SourceName>,
+    /// Why nothing is ranked although something was accepted: the text of a panic of the ranker.
+    pub failure: Option<String>,
 }
 
 impl Ranking {
@@ -113,17 +115,25 @@ impl Ranking {
         self.ranked.get(self.best?)
     }
 
+    /// The ranker broke down: nothing is ranked.
+    #[must_use]
+    pub fn failed(panic: String) -> Self {
+        Self { failure: Some(panic), ..Self::default() }
+    }
+
     /// The message: scored candidates in input order with their generators, each once, in order of first use.
-    /// `candidates` are those that were ranked.
+    /// `candidates` are those that were ranked, with one verdict each; as at the last gate, what was not accepted is
+    /// left out whatever the ranking says.
     #[must_use]
     pub fn to_message(
         &self,
         candidates: &[Candidate],
+        verdicts: &[Verdict],
         generators: &[GeneratorInfo],
     ) -> ScoredCandidateTrajectories {
         let mut message = ScoredCandidateTrajectories::default();
         for ranked in &self.ranked {
-            let candidate = &candidates[ranked.index];
+            let Some(candidate) = accepted_at(ranked.index, candidates, verdicts) else { continue };
             message.scored_candidate_trajectories.push(ScoredCandidateTrajectory {
                 candidate_trajectory: candidate.message.clone(),
                 score: ranked.score,
@@ -135,6 +145,51 @@ impl Ranking {
             }
         }
         message
+    }
+}
+
+/// The candidate at this place, if it was accepted. Keys are compared, so that a defect in the order of verdicts lets
+/// nothing through.
+pub(crate) fn accepted_at<'a>(
+    index: usize,
+    candidates: &'a [Candidate],
+    verdicts: &[Verdict],
+) -> Option<&'a Candidate> {
+    let (candidate, verdict) = (candidates.get(index)?, verdicts.get(index)?);
+    (verdict.accepted && verdict.key == candidate.key).then_some(candidate)
+}
+
+/// Puts the accepted candidates of a cycle in order, and remembers what it chose. [`Ranker`] does; whatever stands in
+/// for it or around it, the gates behind it hold.
+pub trait Rank: Send + fmt::Debug {
+    /// See [`Ranker::configure`].
+    fn configure(&mut self, parameters: RankerParameters, sources: Vec<GeneratorSource>);
+
+    /// See [`Ranker::rank`].
+    fn rank(&mut self, scene: &Scene, candidates: &[Candidate], verdicts: &[Verdict]) -> Ranking;
+
+    /// See [`Ranker::remember`].
+    fn remember(&mut self, scene: &Scene, candidates: &[Candidate], ranking: &Ranking);
+
+    /// See [`Ranker::forget`].
+    fn forget(&mut self);
+}
+
+impl Rank for Ranker {
+    fn configure(&mut self, parameters: RankerParameters, sources: Vec<GeneratorSource>) {
+        self.configure(parameters, sources);
+    }
+
+    fn rank(&mut self, scene: &Scene, candidates: &[Candidate], verdicts: &[Verdict]) -> Ranking {
+        self.rank(scene, candidates, verdicts)
+    }
+
+    fn remember(&mut self, scene: &Scene, candidates: &[Candidate], ranking: &Ranking) {
+        self.remember(scene, candidates, ranking);
+    }
+
+    fn forget(&mut self) {
+        self.forget();
     }
 }
 
@@ -166,12 +221,8 @@ impl Ranker {
     #[must_use]
     pub fn rank(&mut self, scene: &Scene, candidates: &[Candidate], verdicts: &[Verdict]) -> Ranking {
         let mut ranking = Ranking { previous_source: self.last_source, ..Ranking::default() };
-        let accepted = candidates.iter().zip(verdicts).enumerate();
-        let accepted = accepted.filter(|(_, (candidate, verdict))| {
-            // The key is compared so that a defect in the order of verdicts lets nothing through.
-            verdict.accepted && verdict.key == candidate.key
-        });
-        for (index, (candidate, verdict)) in accepted {
+        for (index, verdict) in verdicts.iter().enumerate() {
+            let Some(candidate) = accepted_at(index, candidates, verdicts) else { continue };
             match source_of(&self.sources, &candidate.generator_name) {
                 Ok(source) => {
                     let penalties = self.penalties(verdict.risk, source);
@@ -266,6 +317,13 @@ impl Ranker {
             ego: ego.unwrap_or_default(),
         };
         self.history.push(chosen, size);
+    }
+
+    /// Forgets what was chosen; called after a panic, whatever it left half done. Parameters stay.
+    pub fn forget(&mut self) {
+        self.history = History::default();
+        self.last_source = None;
+        self.lanes = None;
     }
 
     /// What was chosen before.

@@ -117,7 +117,7 @@ pub struct FilterSummary {
     pub judged: usize,
     /// Candidates that it objected to.
     pub rejected: usize,
-    /// Candidates over which it panicked.
+    /// Times that it panicked: over candidates, and over its memory.
     pub panicked: usize,
     /// Worst risk over its judgements.
     pub worst_risk: RiskLevel,
@@ -133,7 +133,12 @@ pub fn filter_summaries(validator: &Validator, verdicts: &[Verdict]) -> Vec<Filt
     let mut summaries = vec![summary(data_validity::NAME, Enforcement::Enforced, validity)];
     summaries.extend(validator.filters().iter().enumerate().map(|(index, loaded)| {
         let judgements = verdicts.iter().filter_map(|verdict| verdict.judgements.get(index));
-        summary(loaded.name(), loaded.enforcement(), judgements)
+        let mut summary = summary(loaded.name(), loaded.enforcement(), judgements);
+        if let Some(panic) = loaded.lost_memory() {
+            summary.panicked += 1;
+            summary.first_reason.get_or_insert_with(|| format!("panic while remembering: {panic}"));
+        }
+        summary
     }));
     summaries
 }

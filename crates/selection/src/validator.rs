@@ -3,19 +3,19 @@
 //! Owns the loaded filters with their memory. What it promises: the data-validity check comes first and always counts;
 //! every filter judges every candidate with valid data; an enforced filter that objects, cannot judge or panics keeps
 //! the candidate in; a shadow filter never does; a panic costs only the judgement it came with and leaves the filter
-//! usable; filters are evaluated in ascending order of their names.
+//! usable; a judgement that contradicts itself counts as an objection; filters are evaluated in ascending order of their
+//! names.
 
 use crate::candidate::Candidate;
 use crate::data_validity;
 use crate::filters::{CLASSES, Filter, FilterClass, Scratch};
+use crate::panics::caught;
 use crate::parameters::ValidatorParameters;
 use crate::scene::Scene;
 use crate::verdict::{self, Judgement, RiskLevel, Verdict};
 use messages::autoware_internal_planning_msgs::PlanningFactor;
 use motion::VehicleInfo;
 use smallvec::SmallVec;
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Whether a filter's objection removes a candidate.
@@ -33,11 +33,14 @@ type Make = Arc<dyn Fn(&ValidatorParameters) -> Box<dyn Filter> + Send + Sync>;
 /// A filter with its place in the validator.
 pub struct LoadedFilter {
     filter: Box<dyn Filter>,
+    name: &'static str,
     category: &'static str,
     enforcement: Enforcement,
     make: Make,
-    /// Why `observe` failed in this cycle, if it did.
+    /// Why the filter judges nothing until it is made anew, if it does not.
     broken: Option<String>,
+    /// Why the filter lost its memory at the end of the cycle, if it did.
+    lost_memory: Option<String>,
 }
 
 impl std::fmt::Debug for LoadedFilter {
@@ -54,7 +57,7 @@ impl LoadedFilter {
     /// Name of the filter.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        self.filter.name()
+        self.name
     }
 
     /// Category of the filter.
@@ -74,22 +77,36 @@ impl LoadedFilter {
     #[must_use]
     pub fn explain(&self, judgement: &Judgement) -> Option<String> {
         // An explanation must not cost the report it belongs to, so a panic in it counts as no words.
-        let own = catch_unwind(AssertUnwindSafe(|| self.filter.explain(judgement)));
-        own.ok().flatten().or_else(|| verdict::explain(judgement))
+        caught(|| self.filter.explain(judgement)).ok().flatten().or_else(|| verdict::explain(judgement))
     }
 
     /// What the filter leaves open in this judgement, in its words. `None` if nothing.
     #[must_use]
     pub fn not_assessed(&self, judgement: &Judgement) -> Option<String> {
-        let told = catch_unwind(AssertUnwindSafe(|| self.filter.not_assessed(judgement)));
-        told.ok().flatten()
+        caught(|| self.filter.not_assessed(judgement)).ok().flatten()
+    }
+
+    /// Why the filter lost its memory at the end of the last cycle: the text of a panic. `None` if it did not.
+    #[must_use]
+    pub fn lost_memory(&self) -> Option<&str> {
+        self.lost_memory.as_deref()
     }
 
     /// Why the planner would have to do something about the candidate, if the filter can tell.
     #[must_use]
     pub fn planning_factor(&self, scene: &Scene, judgement: &Judgement) -> Option<PlanningFactor> {
         // As with explanations: a panic counts as nothing to tell.
-        catch_unwind(AssertUnwindSafe(|| self.filter.planning_factor(scene, judgement))).ok().flatten()
+        caught(|| self.filter.planning_factor(scene, judgement)).ok().flatten()
+    }
+
+    /// Starts with empty memory. A filter that cannot even be made stays broken.
+    fn renew(&mut self, parameters: &ValidatorParameters) {
+        let renewed = caught(|| {
+            let spent = std::mem::replace(&mut self.filter, (self.make)(parameters));
+            // The new one is in its place already: what becomes of the old one is of no matter.
+            let _ = caught(|| drop(spent));
+        });
+        self.broken = renewed.err();
     }
 }
 
@@ -146,10 +163,12 @@ impl Validator {
     /// come in this way.
     pub fn load(&mut self, category: &'static str, enforcement: Enforcement, make: Make) {
         let filter = make(&self.parameters);
-        if self.filters.iter().any(|loaded| loaded.name() == filter.name()) {
+        let name = filter.name();
+        if self.filters.iter().any(|loaded| loaded.name == name) {
             return;
         }
-        self.filters.push(LoadedFilter { filter, category, enforcement, make, broken: None });
+        let (broken, lost_memory) = (None, None);
+        self.filters.push(LoadedFilter { filter, name, category, enforcement, make, broken, lost_memory });
         self.filters.sort_by_key(LoadedFilter::name);
     }
 
@@ -159,11 +178,14 @@ impl Validator {
         &self.filters
     }
 
-    /// Hands changed parameters to every filter; to be called between two cycles. Which filters are loaded stays.
+    /// Hands changed parameters to every filter; to be called between two cycles. Which filters are loaded stays. A
+    /// filter that panics here judges nothing in the next cycle and then starts anew with these parameters.
     pub fn configure(&mut self, parameters: ValidatorParameters) {
         self.parameters = parameters;
         for loaded in &mut self.filters {
-            loaded.filter.configure(&self.parameters);
+            if let Err(panic) = caught(|| loaded.filter.configure(&self.parameters)) {
+                loaded.broken = Some(panic);
+            }
         }
     }
 
@@ -171,8 +193,10 @@ impl Validator {
     /// judgements are failures.
     pub fn observe(&mut self, scene: &Scene) {
         for loaded in &mut self.filters {
-            let outcome = catch_unwind(AssertUnwindSafe(|| loaded.filter.observe(scene)));
-            loaded.broken = outcome.err().map(|panic| panic_text(panic.as_ref()));
+            loaded.lost_memory = None;
+            if loaded.broken.is_none() {
+                loaded.broken = caught(|| loaded.filter.observe(scene)).err();
+            }
         }
     }
 
@@ -231,9 +255,12 @@ impl Validator {
                 .filter_map(|(candidate, verdict)| Some((candidate, verdict.judgements.get(index)?)))
                 .filter(|(_, judgement)| judgement.failure.is_none())
                 .collect();
-            let outcome = catch_unwind(AssertUnwindSafe(|| loaded.filter.remember(&judged)));
-            if outcome.is_err() || loaded.broken.is_some() {
-                loaded.filter = (loaded.make)(&self.parameters);
+            if loaded.broken.is_none() {
+                loaded.broken = caught(|| loaded.filter.remember(&judged)).err();
+                loaded.lost_memory = loaded.broken.clone();
+            }
+            if loaded.broken.is_some() {
+                loaded.renew(&self.parameters);
             }
         }
     }
@@ -248,16 +275,20 @@ fn judge_with(
     if let Some(what) = &loaded.broken {
         return Judgement::panicked(what.clone());
     }
-    let judge = AssertUnwindSafe(|| loaded.filter.judge(scene, candidate, &mut *scratch));
-    catch_unwind(judge).unwrap_or_else(|panic| {
-        *scratch = Scratch::default();
-        Judgement::panicked(panic_text(panic.as_ref()))
-    })
+    match caught(|| loaded.filter.judge(scene, candidate, &mut *scratch)) {
+        Ok(judgement) => made_sense_of(judgement, candidate),
+        Err(panic) => {
+            *scratch = Scratch::default();
+            Judgement::panicked(panic)
+        }
+    }
 }
 
-fn panic_text(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text").to_owned()
+/// Who could not judge has found nothing feasible, and a violation is at a point that is there.
+fn made_sense_of(mut judgement: Judgement, candidate: &Candidate) -> Judgement {
+    judgement.feasible &= judgement.failure.is_none();
+    judgement.evidence = judgement.evidence.filter(|evidence| evidence.index < candidate.points.len());
+    judgement
 }
 
 #[cfg(test)]

@@ -248,7 +248,7 @@ fn each_generator_of_the_scored_set_is_listed_once() {
         generator_name: Text { data: name.to_owned() },
     };
     let generators = [info(1, DIFFUSION), info(3, "SafePlanner"), info(2, STOP)];
-    let message = ranking.to_message(&candidates, &generators);
+    let message = ranking.to_message(&candidates, &accept(&candidates), &generators);
     assert_eq!(message.generator_info, [info(2, STOP), info(1, DIFFUSION)]);
     let order: Vec<_> = message
         .scored_candidate_trajectories
@@ -256,7 +256,12 @@ fn each_generator_of_the_scored_set_is_listed_once() {
         .map(|scored| scored.candidate_trajectory.generator_id.uuid[0])
         .collect();
     assert_eq!(order, [2, 1, 1], "input order, not sorted");
-    assert_eq!(Ranking::default().to_message(&[], &generators), ScoredCandidateTrajectories::default());
+    assert_eq!(Ranking::default().to_message(&[], &[], &generators), ScoredCandidateTrajectories::default());
+    let mut verdicts = accept(&candidates);
+    verdicts[0].accepted = false;
+    verdicts.swap(1, 2);
+    let message = ranking.to_message(&candidates, &verdicts, &generators);
+    assert!(message.scored_candidate_trajectories.is_empty(), "refused, or judged under another's name");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::*;
 use crate::report;
 use crate::test_scene::{candidate_of, scene, straight};
-use crate::verdict::{Failure, Metric};
+use crate::verdict::{Evidence, Failure, Metric};
 use messages::autoware_internal_planning_msgs::ControlPoint;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -190,6 +190,103 @@ fn a_panic_while_remembering_starts_the_filter_anew() {
         validator.remember(&candidates, &[verdict]);
     }
     assert_eq!(seen, [0, 1, 2, 0]);
+}
+
+/// Panics where it is told to; the numbers count down to the panic.
+struct Fragile {
+    configure: Arc<AtomicU64>,
+    remember: Arc<AtomicU64>,
+}
+
+fn panic_at_zero(count: &AtomicU64) {
+    if count.fetch_sub(1, Ordering::Relaxed) == 0 {
+        std::panic::resume_unwind(Box::new("on purpose"));
+    }
+}
+
+impl Filter for Fragile {
+    fn name(&self) -> &'static str {
+        "fragile"
+    }
+
+    fn configure(&mut self, _: &ValidatorParameters) {
+        panic_at_zero(&self.configure);
+    }
+
+    fn judge(&self, _: &Scene, _: &Candidate, _: &mut Scratch) -> Judgement {
+        Judgement::feasible([])
+    }
+
+    fn remember(&mut self, _: &[(&Candidate, &Judgement)]) {
+        panic_at_zero(&self.remember);
+    }
+}
+
+/// A filter that panics at these calls: of `make`, `configure` and `remember`.
+fn fragile(make: u64, configure: u64, remember: u64) -> Validator {
+    let [make, configure, remember] =
+        [make, configure, remember].map(|count| Arc::new(AtomicU64::new(count)));
+    let mut validator = validator(&[]);
+    let make = move |_: &ValidatorParameters| {
+        panic_at_zero(&make);
+        Box::new(Fragile { configure: configure.clone(), remember: remember.clone() }) as Box<dyn Filter>
+    };
+    validator.load("safety", Enforcement::Enforced, Arc::new(make));
+    validator
+}
+
+/// Whether a candidate is accepted, and how often the filter is said to have panicked, in each of some cycles.
+fn cycles<const COUNT: usize>(validator: &mut Validator) -> [(bool, usize); COUNT] {
+    let candidates = [candidate_of(straight(5, 5.0))];
+    [(); COUNT].map(|()| {
+        validator.observe(&scene());
+        let verdicts = [judge(validator, &candidates[0])];
+        validator.remember(&candidates, &verdicts);
+        (verdicts[0].accepted, report::filter_summaries(validator, &verdicts)[1].panicked)
+    })
+}
+
+const NEVER: u64 = u64::MAX;
+
+#[test]
+fn a_panic_over_changed_parameters_costs_the_filter_one_cycle() {
+    let mut validator = fragile(NEVER, 0, NEVER);
+    assert_eq!(cycles(&mut validator), [(true, 0)]);
+    validator.configure(no_filters());
+    assert_eq!(cycles(&mut validator), [(false, 1), (true, 0)]);
+}
+
+#[test]
+fn a_lost_memory_is_reported() {
+    let mut validator = fragile(NEVER, NEVER, 1);
+    assert_eq!(cycles(&mut validator), [(true, 0), (true, 1), (true, 0)]);
+}
+
+#[test]
+fn a_filter_that_cannot_be_made_anew_judges_nothing_until_it_can() {
+    // Made once when it is loaded; the second time fails.
+    let mut validator = fragile(1, NEVER, 1);
+    assert_eq!(cycles(&mut validator), [(true, 0), (true, 1), (false, 1), (true, 0)]);
+}
+
+#[test]
+fn a_judgement_that_contradicts_itself_counts_as_an_objection() {
+    let nonsense: fn(&Candidate) -> Judgement =
+        |_| Judgement { feasible: true, ..Judgement::not_assessed("it is fine, but I could not look") };
+    let verdict =
+        judge(&validator(&[("a", Enforcement::Enforced, nonsense)]), &candidate_of(straight(5, 5.0)));
+    assert!(!verdict.accepted && !verdict.feasible);
+    assert_eq!(verdict.risk, RiskLevel::Danger);
+}
+
+#[test]
+fn a_place_beyond_the_candidate_is_no_place() {
+    let at = |index| Evidence { index, ..Evidence::at(&candidate_of(straight(5, 5.0)), 0) };
+    let judgement = |index| Judgement { evidence: Some(at(index)), ..Judgement::default() };
+    for (index, kept) in [(0, true), (4, true), (5, false), (usize::MAX, false)] {
+        let made = made_sense_of(judgement(index), &candidate_of(straight(5, 5.0)));
+        assert_eq!(made.evidence.is_some(), kept, "{index}");
+    }
 }
 
 #[test]
