@@ -117,6 +117,7 @@ fn start(
         ),
         interface: Interface::V0_53,
         published_times: PublishedTimes::Zero,
+        count_allocations: None,
     };
     let near_m = parameters.is_near_destination_threshold;
     let provider = ProviderConfig {
