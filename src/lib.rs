@@ -6,6 +6,7 @@ pub mod commands;
 pub mod drive;
 pub mod golden;
 pub mod json;
+pub mod parking_scene;
 pub mod recorder;
 pub mod report;
 pub mod ros;

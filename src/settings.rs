@@ -11,13 +11,13 @@
 mod draft;
 mod file;
 pub mod generate;
-mod nearest;
+pub(crate) mod nearest;
 mod node;
 mod problem;
 mod table;
 mod value;
 mod vehicle;
-mod yaml;
+pub(crate) mod yaml;
 
 pub use node::{AutowareInterface, NodeParameters, SelectorParameters};
 pub(crate) use problem::write_hints;

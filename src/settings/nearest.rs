@@ -2,7 +2,7 @@
 
 /// The candidate spelled most alike, none when nothing is similar. A candidate that ends with the wrong name (its
 /// group was forgotten) comes first; among equals the first one.
-pub(super) fn nearest<'a>(wrong: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(wrong: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     if wrong.is_empty() {
         return None;
     }

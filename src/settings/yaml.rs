@@ -16,13 +16,13 @@ const MAX_NODES: usize = 100_000;
 
 /// A YAML value and where it begins.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
-    pub(super) at: Position,
-    pub(super) content: Content,
+pub(crate) struct Node {
+    pub(crate) at: Position,
+    pub(crate) content: Content,
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Content {
+pub(crate) enum Content {
     /// Scalar, with its type decided.
     Scalar(ParameterValue),
     /// List.
@@ -32,16 +32,16 @@ pub(super) enum Content {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Key {
-    pub(super) at: Position,
-    pub(super) text: String,
+pub(crate) struct Key {
+    pub(crate) at: Position,
+    pub(crate) text: String,
 }
 
 /// Why and where a text could not be read.
-pub(super) type Fault = (Position, ProblemKind);
+pub(crate) type Fault = (Position, ProblemKind);
 
 /// Reads one document. `None` when there is none.
-pub(super) fn parse(text: &str) -> Result<Option<Node>, Fault> {
+pub(crate) fn parse(text: &str) -> Result<Option<Node>, Fault> {
     let mut reader =
         Reader { parser: Parser::new_from_str(text), anchors: HashMap::new(), nodes: 0, at: Position::START };
     let mut root = None;

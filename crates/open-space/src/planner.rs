@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use crate::collision::{CollisionChecker, ObstacleError};
 use crate::hybrid_a_star::{CoarsePath, Interruption, Search, SearchError};
-use crate::problem::Problem;
+use crate::problem::{Limits, Problem};
 use crate::smoother::SmoothingError;
 use crate::speed::SpeedError;
 use crate::trajectory::Trajectory;
@@ -262,14 +262,11 @@ fn check_input(problem: &Problem) -> Result<(), PlanError> {
         ("limits.max_steer_rate", limits.max_steer_rate_rps),
     ];
     // Written so that not-a-number fails.
-    match limits.iter().find(|(_, value)| !(*value >= SMALLEST_LIMIT && value.is_finite())) {
+    match limits.iter().find(|(_, value)| !(*value >= Limits::SMALLEST && value.is_finite())) {
         Some(&(field, value)) => Err(PlanError::Input { field, value, wanted: "at least 0.01" }),
         None => Ok(()),
     }
 }
-
-/// Smallest limit of the motion: below it a manoeuvre takes hours, and millions of points.
-const SMALLEST_LIMIT: f64 = 0.01;
 
 #[cfg(test)]
 mod tests;

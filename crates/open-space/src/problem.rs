@@ -41,6 +41,11 @@ pub struct Limits {
     pub max_steer_rate_rps: f64,
 }
 
+impl Limits {
+    /// Smallest limit of any kind: below it a manoeuvre takes hours, and millions of points.
+    pub const SMALLEST: f64 = 0.01;
+}
+
 impl Default for Limits {
     fn default() -> Self {
         Self {
