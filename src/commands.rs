@@ -9,6 +9,7 @@ pub mod doctor;
 pub mod explain;
 pub mod failure;
 pub mod node;
+pub mod park;
 pub mod profile;
 pub mod replay;
 pub mod stress;
@@ -64,6 +65,8 @@ pub enum Command {
     Explain(explain::ExplainArguments),
     /// Look whether this host is fit to run the node: network, domain, buffers, clock, cores.
     Doctor,
+    /// Plan a parking manoeuvre: search, smooth, time, check, and draw it.
+    Park(park::ParkArguments),
     /// Hold the filters against recorded scenes with known verdicts.
     Verify(VerifyArguments),
 }
@@ -81,6 +84,7 @@ impl Command {
             Self::Check(_) => "check",
             Self::Explain(_) => "explain",
             Self::Doctor => "doctor",
+            Self::Park(_) => "park",
             Self::Verify(_) => "verify",
         }
     }
@@ -180,6 +184,7 @@ pub fn main() -> u8 {
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
         Command::Doctor => return answer_doctor(cli.json),
+        Command::Park(arguments) => return answer_park(&arguments, cli.json),
         Command::Verify(arguments) => return answer_verify(arguments, cli.json),
     };
     match answer {
@@ -236,6 +241,16 @@ fn answer_measured<R: Serialize + Display>(common: &Common, report: &R, json: bo
     common.exit_code
 }
 
+fn answer_park(arguments: &park::ParkArguments, json: bool) -> u8 {
+    match park::run(arguments) {
+        Ok(park::Answer { common, report }) => {
+            common.warnings.iter().chain(&common.errors).for_each(tell);
+            answer(common, &report, json)
+        }
+        Err(failure) => answer_failure("park", failure, json),
+    }
+}
+
 /// A report is the answer, whether the command is content with it or not.
 fn answer_report<R: Serialize + Display>(
     command: &'static str,
@@ -244,7 +259,10 @@ fn answer_report<R: Serialize + Display>(
     report: &R,
     json: bool,
 ) -> u8 {
-    let common = Common::new(command, errors, warnings);
+    answer(Common::new(command, errors, warnings), report, json)
+}
+
+fn answer<R: Serialize + Display>(common: Common, report: &R, json: bool) -> u8 {
     let exit_code = common.exit_code;
     if json {
         print_json_if(true, &Answer { common, report });
@@ -306,14 +324,7 @@ fn answer_doctor(json: bool) -> u8 {
     };
     let errors = report.with(doctor::Status::Fail).map(failure).collect();
     let warnings = report.with(doctor::Status::Warn).map(note).collect();
-    let common = Common::new("doctor", errors, warnings);
-    let exit_code = common.exit_code;
-    if json {
-        print_json_if(true, &Answer { common, report: &report });
-    } else {
-        print(&report.to_string());
-    }
-    exit_code
+    answer(Common::new("doctor", errors, warnings), &report, json)
 }
 
 fn answer_verify(arguments: VerifyArguments, json: bool) -> u8 {

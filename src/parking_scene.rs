@@ -17,6 +17,7 @@
 
 mod error;
 mod reader;
+mod schema;
 
 use std::fs::File;
 use std::io::Read as _;
@@ -27,6 +28,7 @@ use open_space::{CollisionChecker, Limits, ObstacleError, PlanarPose, Problem};
 
 pub use error::{SceneError, SceneProblem, SceneProblemKind};
 use reader::Draft;
+pub use schema::schema;
 
 /// Largest scene file that is read, bytes.
 const MAX_FILE_BYTES: u64 = 4 << 20;

@@ -5,6 +5,8 @@ pub mod explanation;
 pub mod filter_pictures;
 pub mod markers;
 pub mod page;
+pub mod parking;
+pub mod parking_page;
 pub mod picture;
 mod road;
 mod road_users;

@@ -13,6 +13,7 @@ mod file;
 pub mod generate;
 pub(crate) mod nearest;
 mod node;
+mod open_space;
 mod problem;
 mod table;
 mod value;
@@ -20,6 +21,7 @@ mod vehicle;
 pub(crate) mod yaml;
 
 pub use node::{AutowareInterface, NodeParameters, SelectorParameters};
+pub use open_space::{OpenSpaceGroup, OpenSpaceSettings};
 pub(crate) use problem::write_hints;
 pub use problem::{Location, Position, Problem, ProblemKind, SettingsError, Undeclared, Warning};
 pub use table::{Bound, Component, ParameterDescriptor, parameter_table};
@@ -73,6 +75,8 @@ pub struct Settings {
     pub validator: ValidatorParameters,
     /// The ranker.
     pub ranker: RankerParameters,
+    /// Planning in open space.
+    pub open_space: OpenSpaceGroup,
     /// The vehicle.
     pub vehicle: VehicleInfoParameters,
     values: Vec<ParameterValue>,
@@ -189,6 +193,7 @@ impl Default for Settings {
             concatenator: ConcatenatorParameters::default(),
             validator: ValidatorParameters::default(),
             ranker: RankerParameters::default(),
+            open_space: OpenSpaceGroup::default(),
             vehicle: VehicleInfoParameters::default(),
             values: default_values(),
             warnings: Vec::new(),

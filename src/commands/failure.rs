@@ -2,6 +2,7 @@
 
 use crate::bag::BagError;
 use crate::drive::DriveError;
+use crate::parking_scene::SceneError;
 use crate::ros::environment::EnvironmentError;
 use crate::ros::names::NameError;
 use crate::ros::node::NodeError;
@@ -73,6 +74,12 @@ impl Failure {
     #[must_use]
     pub fn requirement(message: String) -> Self {
         Self::new("requirement", REQUIREMENT, message)
+    }
+
+    /// A scene that cannot be planned.
+    #[must_use]
+    pub fn no_plan(reason: &str) -> Self {
+        Self::new("no_plan", FAILED, reason)
     }
 
     /// Something odd that does not stop anything.
@@ -164,6 +171,12 @@ impl From<UnknownFilter> for Failure {
     }
 }
 
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self::new("scene", USAGE, error)
+    }
+}
+
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
         Self::new("map", FAILED, error)
@@ -179,6 +192,7 @@ impl From<super::verify::VerifyError> for Failure {
 impl From<SystemError> for Failure {
     fn from(error: SystemError) -> Self {
         let code = match error {
+            SystemError::Parameters(_) => return Self::settings(error.to_string()),
             SystemError::Sink(_) => "output",
             SystemError::NoThread(_) | SystemError::ActorGone(_) => "internal",
         };

@@ -173,6 +173,7 @@ fn run_once(
         map,
         watch: None,
         page: false,
+        markers: false,
         progress: false,
     };
     let recorder = Recorder::counting();

@@ -10,14 +10,15 @@ use crate::settings::nearest::nearest;
 use crate::settings::yaml::{self, Content, Node};
 use crate::settings::{ParameterValue, Position};
 
-const SCENE_KEYS: [&str; 7] = ["name", "vehicle", "bounds", "obstacles", "start", "goal", "limits"];
-const START_KEYS: [&str; 4] = ["x", "y", "yaw", "v"];
-const GOAL_KEYS: [&str; 3] = ["x", "y", "yaw"];
+pub(super) const SCENE_KEYS: [&str; 7] =
+    ["name", "vehicle", "bounds", "obstacles", "start", "goal", "limits"];
+pub(super) const START_KEYS: [&str; 4] = ["x", "y", "yaw", "v"];
+pub(super) const GOAL_KEYS: [&str; 3] = ["x", "y", "yaw"];
 
 /// A number of a group of keys, by its name.
-type Field<T> = (&'static str, fn(&mut T) -> &mut f64);
+pub(super) type Field<T> = (&'static str, fn(&mut T) -> &mut f64);
 
-const VEHICLE_FIELDS: [Field<VehicleDimensions>; 10] = [
+pub(super) const VEHICLE_FIELDS: [Field<VehicleDimensions>; 10] = [
     ("wheel_radius", |d| &mut d.wheel_radius_m),
     ("wheel_width", |d| &mut d.wheel_width_m),
     ("wheel_base", |d| &mut d.wheel_base_m),
@@ -30,7 +31,7 @@ const VEHICLE_FIELDS: [Field<VehicleDimensions>; 10] = [
     ("max_steer_angle", |d| &mut d.max_steer_angle_rad),
 ];
 
-const LIMIT_FIELDS: [Field<Limits>; 5] = [
+pub(super) const LIMIT_FIELDS: [Field<Limits>; 5] = [
     ("max_speed_forward", |l| &mut l.max_speed_forward_mps),
     ("max_speed_reverse", |l| &mut l.max_speed_reverse_mps),
     ("max_acceleration", |l| &mut l.max_acceleration_mps2),

@@ -85,14 +85,14 @@ impl Page {
         // Within a script element only "</" could end the data early.
         let data = serde_json::to_string(&data)?.replace("</", "<\\/");
         let title = format!("{} – {}", summary.common.command, summary.input.name);
-        Ok(fill(&[("TITLE", &escaped(&title)), ("STYLE", STYLE), ("VIEWER", VIEWER), ("DATA", &data)]))
+        Ok(fill(PAGE, &[("TITLE", &escaped(&title)), ("STYLE", STYLE), ("VIEWER", VIEWER), ("DATA", &data)]))
     }
 }
 
-/// The page with each `{{NAME}}` replaced. Replacements are not searched again, so data cannot smuggle in a slot.
-fn fill(slots: &[(&str, &str)]) -> String {
+/// The template with each `{{NAME}}` replaced. Replacements are not searched again, so data cannot smuggle in a slot.
+pub(super) fn fill(template: &str, slots: &[(&str, &str)]) -> String {
     let mut page = String::new();
-    let mut rest = PAGE;
+    let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         page.push_str(before);
         let (name, after) = after.split_once("}}").unwrap_or((after, ""));
@@ -103,7 +103,7 @@ fn fill(slots: &[(&str, &str)]) -> String {
     page
 }
 
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::io::Read as _;
 use std::path::Path;
 
+use super::open_space::OpenSpaceSettings;
 use selection::parameters::{FilterClass, ValidatorParameters};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -174,6 +175,7 @@ impl Draft {
             concatenator: self.component(Component::Concatenator)?,
             validator: self.component(Component::Validator)?,
             ranker: self.component(Component::Ranker)?,
+            open_space: self.component::<OpenSpaceSettings>(Component::OpenSpace)?.open_space,
             vehicle: self.component(Component::VehicleInfo)?,
             values: self.values.clone(),
             warnings: Vec::new(),

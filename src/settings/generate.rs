@@ -71,6 +71,10 @@ pub fn generated_files() -> Vec<GeneratedFile> {
             text: upstream_validator_file(),
         },
         GeneratedFile { path: "docs/parameters.md".to_owned(), text: documentation() },
+        GeneratedFile {
+            path: "config/schema/parking_scene.schema.json".to_owned(),
+            text: format!("{:#}\n", crate::parking_scene::schema()),
+        },
     ];
     for component in Component::ALL.into_iter().filter(|c| has_file(*c)) {
         let name = component.name();

@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 use super::nearest::nearest;
 use super::problem::ProblemKind;
 use super::value::{ParameterKind, ParameterValue};
-use super::{NodeParameters, SelectorParameters, VehicleInfoParameters};
+use super::{NodeParameters, OpenSpaceSettings, SelectorParameters, VehicleInfoParameters};
 
 /// Keys of a group of values per class that hold for each of its values.
 const SHARED_KEYS: [&str; 6] =
@@ -32,14 +32,23 @@ pub enum Component {
     Validator,
     /// The ranker.
     Ranker,
+    /// The open-space trajectory provider.
+    OpenSpace,
     /// The vehicle.
     VehicleInfo,
 }
 
 impl Component {
     /// All components, in the order of documentation.
-    pub const ALL: [Self; 6] =
-        [Self::Node, Self::Selector, Self::Concatenator, Self::Validator, Self::Ranker, Self::VehicleInfo];
+    pub const ALL: [Self; 7] = [
+        Self::Node,
+        Self::Selector,
+        Self::Concatenator,
+        Self::Validator,
+        Self::Ranker,
+        Self::OpenSpace,
+        Self::VehicleInfo,
+    ];
 
     /// Name of its files in `config/`, without endings.
     #[must_use]
@@ -50,6 +59,7 @@ impl Component {
             Self::Concatenator => "concatenator",
             Self::Validator => "validator",
             Self::Ranker => "ranker",
+            Self::OpenSpace => "open_space",
             Self::VehicleInfo => "vehicle_info",
         }
     }
@@ -62,6 +72,7 @@ impl Component {
             Self::Concatenator => schema::<ConcatenatorParameters>(),
             Self::Validator => schema::<ValidatorParameters>(),
             Self::Ranker => schema::<RankerParameters>(),
+            Self::OpenSpace => schema::<OpenSpaceSettings>(),
             Self::VehicleInfo => schema::<VehicleInfoParameters>(),
         }
     }
@@ -74,6 +85,7 @@ impl Component {
             Self::Concatenator => json::<ConcatenatorParameters>(),
             Self::Validator => json::<ValidatorParameters>(),
             Self::Ranker => json::<RankerParameters>(),
+            Self::OpenSpace => json::<OpenSpaceSettings>(),
             Self::VehicleInfo => json::<VehicleInfoParameters>(),
         }
     }

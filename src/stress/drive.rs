@@ -67,6 +67,7 @@ impl DriveStress<'_> {
             map: None,
             watch: None,
             page: false,
+            markers: false,
             progress: false,
         };
         let mut memory_mb = Memory { start: usage::resident_memory_mb(), ..Memory::default() };

@@ -2,7 +2,7 @@ use super::*;
 
 #[test]
 fn slots_are_filled_once() {
-    let page = fill(&[("TITLE", "{{DATA}}"), ("DATA", "1"), ("STYLE", ""), ("VIEWER", "")]);
+    let page = fill(PAGE, &[("TITLE", "{{DATA}}"), ("DATA", "1"), ("STYLE", ""), ("VIEWER", "")]);
     assert!(page.contains("<title>{{DATA}}</title>"), "what fills a slot is not searched for slots");
     assert!(!page.contains("{{TITLE}}"));
     assert!(page.contains(r#"id="data">1</script>"#));
@@ -10,7 +10,7 @@ fn slots_are_filled_once() {
 
 #[test]
 fn the_page_loads_nothing_from_elsewhere() {
-    let page = fill(&[("TITLE", "t"), ("DATA", "{}"), ("STYLE", STYLE), ("VIEWER", VIEWER)]);
+    let page = fill(PAGE, &[("TITLE", "t"), ("DATA", "{}"), ("STYLE", STYLE), ("VIEWER", VIEWER)]);
     for loads in ["src=", "href=", "@import", "url(", "fetch(", "XMLHttpRequest", "import("] {
         assert!(!page.contains(loads), "{loads}");
     }
