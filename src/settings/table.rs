@@ -382,7 +382,9 @@ fn flatten(
             .filter(|least| schema.get("maxItems") == Some(least))
             .and_then(Value::as_u64)
             .and_then(|length| usize::try_from(length).ok()),
-        read_only: schema.get("x-read-only").and_then(Value::as_bool).unwrap_or(false),
+        // The planner takes its parameters when it starts.
+        read_only: component == Component::OpenSpace
+            || schema.get("x-read-only").and_then(Value::as_bool).unwrap_or(false),
         class_of: group.map(str::to_owned),
     });
 }
