@@ -6,7 +6,7 @@
 use crate::candidate::Candidate;
 use crate::scene::Scene;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
-use motion::{Quaternion, TrajectoryPoint};
+use motion::{Point3, Quaternion, TrajectoryPoint};
 use smallvec::smallvec;
 use std::fmt;
 
@@ -22,6 +22,9 @@ const MIN_POINTS: usize = 2;
 /// How far the squared length of a quaternion may be from 1. Far more than rounding and f32 conversions leave, far less
 /// than a quaternion that somebody forgot to fill.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
+/// No map reaches farther from its origin than this \[m\]: more than twice the way around the Earth. Filters need not
+/// care for the overflow of squares, nor for places so coarse that a vehicle has no length.
+const MAX_COORDINATE_M: f64 = 1e8;
 
 /// What can be wrong with a candidate's data. The discriminant is the metric's value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -36,12 +39,20 @@ pub enum Defect {
     NoRotation = 4,
     /// A frame other than the map's. Its coordinates mean another place.
     WrongFrame = 5,
+    /// A position that no map has. Its distances from anything overflow, or say nothing.
+    NoPlace = 6,
 }
 
 impl Defect {
     /// All of them, in order.
-    pub const ALL: [Self; 5] =
-        [Self::TooFewPoints, Self::NonFinite, Self::TimeGoesBack, Self::NoRotation, Self::WrongFrame];
+    pub const ALL: [Self; 6] = [
+        Self::TooFewPoints,
+        Self::NonFinite,
+        Self::TimeGoesBack,
+        Self::NoRotation,
+        Self::WrongFrame,
+        Self::NoPlace,
+    ];
 }
 
 impl fmt::Display for Defect {
@@ -52,6 +63,7 @@ impl fmt::Display for Defect {
             Self::TimeGoesBack => "time goes back",
             Self::NoRotation => "orientation is no rotation",
             Self::WrongFrame => "frame is not the map's",
+            Self::NoPlace => "position beyond any map",
         })
     }
 }
@@ -104,10 +116,11 @@ pub fn find_defect(scene: &Scene, candidate: &Candidate) -> Option<(Defect, usiz
     }
     let frame = &*candidate.message.header.frame_id;
     // Planners that leave the frame empty are accepted as upstream does; one that names another frame means it.
-    match scene.frame_id() {
-        Some(map_frame) if !frame.is_empty() && frame != map_frame => Some((Defect::WrongFrame, 0)),
-        _ => None,
+    if scene.frame_id().is_some_and(|map_frame| !frame.is_empty() && frame != map_frame) {
+        return Some((Defect::WrongFrame, 0));
     }
+    let index = points.iter().position(|point| !is_on_a_map(point.pose.position))?;
+    Some((Defect::NoPlace, index))
 }
 
 /// True if every number of the point is finite. A sum is finite only if all of its terms are; overflow of finite terms
@@ -123,6 +136,10 @@ fn is_finite(point: &TrajectoryPoint) -> bool {
         + point.front_wheel_angle_rad
         + point.rear_wheel_angle_rad;
     pose.is_finite() && motion.is_finite()
+}
+
+fn is_on_a_map(position: Point3) -> bool {
+    [position.x, position.y, position.z].iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE_M)
 }
 
 fn is_rotation(q: Quaternion) -> bool {
@@ -226,6 +243,19 @@ mod tests {
         let mut candidate = candidate_of(straight(10, 5.0));
         std::sync::Arc::make_mut(&mut candidate.message).header.frame_id = "base_link".to_owned();
         assert_eq!(find_defect(&scene, &candidate), None, "without a map there is nothing to compare with");
+    }
+
+    #[test]
+    fn a_place_must_be_within_reach_of_a_map() {
+        for (value, expected) in
+            [(1e8, None), (1.01e8, Some((Defect::NoPlace, 7))), (-1e300, Some((Defect::NoPlace, 7)))]
+        {
+            let setters: [Setter; 3] =
+                [|p, v| p.pose.position.x = v, |p, v| p.pose.position.y = v, |p, v| p.pose.position.z = v];
+            for set in setters {
+                assert_eq!(defect(|points| set(&mut points[7], value)), expected, "{value}");
+            }
+        }
     }
 
     #[test]

@@ -32,7 +32,8 @@ pub trait Filter: Send + Sync {
     fn observe(&mut self, _scene: &Scene) {}
 
     /// Pure and parallel: the same scene, candidate and memory give the same judgement on any thread, in any order.
-    /// The candidate's data is valid: at least two points, all numbers finite, times never decrease.
+    /// The candidate's data is valid: at least two points, all numbers finite, times never decrease, places within
+    /// 1e8 m of the origin of the map. Points may still be that far apart: do not walk over what lies between.
     fn judge(&self, scene: &Scene, candidate: &Candidate, scratch: &mut Scratch) -> Judgement;
 
     /// Once per cycle, after all candidates, in message order: fold what each candidate left behind.

@@ -121,7 +121,8 @@ impl EgoPath {
         if distance_m >= self.distances_m[last] {
             return self.point(last, last + 1);
         }
-        let next = self.distances_m.partition_point(|&at| at < distance_m);
+        // The first piece for a distance that is not a number.
+        let next = self.distances_m.partition_point(|&at| at < distance_m).max(1);
         self.between(next, ratio(&self.distances_m, next, distance_m))
     }
 }
