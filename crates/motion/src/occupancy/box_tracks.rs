@@ -1,13 +1,13 @@
 //! Many moving boxes at common time steps, and the first of them that a row of boxes meets.
 
 use super::bounds::Bounds;
-use crate::geometry::{OrientedBox, Point2};
+use crate::geometry::{OrientedBox, Point2, Vector2};
 
 /// Steps that a box around the motion of a track spans: long enough to save tests, short enough to stay near the track.
 const CHUNK: usize = 5;
 /// Tracks whose nearness fits into one word.
 const WORD: usize = u64::BITS as usize;
-/// Slack of the circle test \[m\]: a rounded root must not dismiss boxes that touch at a corner.
+/// Slack of the tests before the exact one \[m\]: rounding must not dismiss boxes that touch at a corner.
 const GRAIN_M: f64 = 1e-9;
 
 /// The first step at which two boxes touch.
@@ -29,6 +29,9 @@ pub struct BoxTracks {
     boxes: Vec<OrientedBox>,
     /// Chunk by chunk, then track by track: where a track is during the steps of a chunk.
     chunks: Vec<Bounds>,
+    /// The same in boxes turned as the track is: what drives alongside is apart only seen along the road.
+    covers: Vec<Cover>,
+    turned: Vec<OrientedBox>,
     radii_m: Vec<f64>,
 }
 
@@ -53,6 +56,10 @@ impl BoxTracks {
         self.boxes.resize(chunks * CHUNK, nowhere);
         self.chunks.clear();
         self.chunks.resize(chunks, Bounds::EMPTY);
+        self.covers.clear();
+        self.covers.resize(chunks, Cover::NOTHING);
+        self.turned.clear();
+        self.turned.resize(chunks, nowhere);
         self.radii_m.clear();
         self.radii_m.resize(tracks, 0.0);
     }
@@ -71,6 +78,8 @@ impl BoxTracks {
         self.radii_m[track] = self.radii_m[track].max(radius_m);
         let is_known = at.center.x.is_finite() && at.center.y.is_finite();
         let here = Bounds { min: at.center, max: at.center }.grown(radius_m);
+        self.covers[chunk] = self.covers[chunk].with(at);
+        self.turned[chunk] = self.covers[chunk].turned();
         let chunk = &mut self.chunks[chunk];
         *chunk = if is_known { chunk.joined(&here) } else { EVERYWHERE };
     }
@@ -85,7 +94,7 @@ impl BoxTracks {
     /// at the same step, and the lowest number of such a track. Boxes beyond the last step meet nothing.
     ///
     /// Exact, with the answers of [`OrientedBox::overlaps`]. Boxes around a few steps of both motions dismiss most
-    /// tracks, circles most of the rest.
+    /// tracks, boxes turned as they are most of the rest.
     #[must_use]
     pub fn first_collision(&self, boxes: &[OrientedBox]) -> Option<BoxCollision> {
         if self.tracks == 0 {
@@ -100,7 +109,9 @@ impl BoxTracks {
             let mut hit = None;
             for (word, bounds) in bounds.chunks(WORD).enumerate() {
                 let near = near_mask(&around, bounds);
-                self.find_in_chunk(chunk, number, word * WORD, near, &mut radius, &mut hit);
+                if near != 0 {
+                    self.find_in_chunk(chunk, number, word * WORD, near, &mut radius, &mut hit);
+                }
             }
             if hit.is_some() {
                 return hit;
@@ -120,10 +131,15 @@ impl BoxTracks {
         radius: &mut Radius,
         found: &mut Option<BoxCollision>,
     ) {
+        let cover = Cover::around(boxes).turned();
         while near != 0 {
             let track = first_track + near.trailing_zeros() as usize;
             near &= near - 1;
-            let others = &self.boxes[(chunk * self.tracks + track) * CHUNK..][..CHUNK];
+            let place = chunk * self.tracks + track;
+            if !cover.overlaps(&self.turned[place]) {
+                continue;
+            }
+            let others = &self.boxes[place * CHUNK..][..CHUNK];
             let track_radius_m = self.radii_m[track];
             for (step, (own, other)) in (chunk * CHUNK..).zip(boxes.iter().zip(others)) {
                 let between = other.center - own.center;
@@ -135,6 +151,57 @@ impl BoxTracks {
                     break;
                 }
             }
+        }
+    }
+}
+
+/// A box around a few boxes that is turned as the first of them.
+#[derive(Clone, Copy, Debug)]
+struct Cover {
+    origin: Point2,
+    axis: Vector2,
+    /// Along the axis and across it, from the origin.
+    extent: Bounds,
+}
+
+impl Cover {
+    /// Around nothing.
+    const NOTHING: Self =
+        Self { origin: Point2::new(0.0, 0.0), axis: Vector2::new(1.0, 0.0), extent: Bounds::EMPTY };
+
+    /// The cover of some boxes, turned as the middle one; of anything if a number of theirs is none.
+    #[inline]
+    fn around(boxes: &[OrientedBox]) -> Self {
+        let Some(middle) = boxes.get(boxes.len() / 2) else { return Self::NOTHING };
+        boxes.iter().fold(Self::NOTHING.with(middle), Self::with)
+    }
+
+    #[inline]
+    fn with(self, at: &OrientedBox) -> Self {
+        let is_first = self.extent == Bounds::EMPTY;
+        let (origin, axis) = if is_first { (at.center, at.axis) } else { (self.origin, self.axis) };
+        let way = at.center - origin;
+        let middle = Point2::new(axis.dot(&way), axis.perp(&way));
+        let (cos, sin) = (axis.dot(&at.axis).abs(), axis.perp(&at.axis).abs());
+        let reach = Vector2::new(
+            at.half_length_m * cos + at.half_width_m * sin,
+            at.half_length_m * sin + at.half_width_m * cos,
+        );
+        let here = Bounds { min: middle - reach, max: middle + reach };
+        let is_known = (here.min.x + here.min.y + here.max.x + here.max.y).is_finite();
+        Self { origin, axis, extent: if is_known { self.extent.joined(&here) } else { EVERYWHERE } }
+    }
+
+    /// As a box, a little larger; not a number, so that it overlaps everything, if it is around anything.
+    #[inline]
+    fn turned(&self) -> OrientedBox {
+        let half = (self.extent.max - self.extent.min) * 0.5;
+        let middle = self.extent.min + half;
+        OrientedBox {
+            center: self.origin + self.axis * middle.x + Vector2::new(-self.axis.y, self.axis.x) * middle.y,
+            axis: self.axis,
+            half_length_m: half.x + GRAIN_M,
+            half_width_m: half.y + GRAIN_M,
         }
     }
 }
