@@ -11,14 +11,14 @@
 
 mod bounds;
 mod box_tracks;
+mod contact;
 mod outline;
 mod profile;
 mod sweep;
 
 pub use bounds::Bounds;
 pub use box_tracks::{BoxCollision, BoxTracks};
+pub use contact::{HullBuffers, near_slices_meet, placed_meet, slices_meet};
 pub use outline::{Outline, PlanarPose};
 pub use profile::{SpeedProfile, arc_pose, turn_per_metre};
-pub use sweep::{
-    Deviation, GROUP, HullBuffers, SUBDIVISION_TURN_RAD, Slice, Sweep, placed_meet, slices_meet,
-};
+pub use sweep::{Deviation, GROUP, SUBDIVISION_TURN_RAD, Slice, Sweep};

@@ -64,7 +64,7 @@ impl fmt::Debug for dyn Filter {
 }
 
 /// Buffers that a thread reuses from candidate to candidate, so that judging allocates nothing in steady state.
-/// Their content means nothing between two calls.
+/// Their content means nothing between two calls, or says which cycle of which filter it belongs to.
 #[derive(Debug, Default)]
 pub struct Scratch {
     /// One number for each point of a candidate.

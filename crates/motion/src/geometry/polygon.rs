@@ -140,11 +140,11 @@ pub fn convex_hull(points: &mut [Point2], hull: &mut Vec<Point2>) {
 /// Adds one half of the hull to `hull`, never removing what lies before `base`.
 fn chain(points: impl Iterator<Item = Point2>, hull: &mut Vec<Point2>, base: usize) {
     for point in points {
-        if hull.last() == Some(&point) {
+        if hull.last().is_some_and(|last| last.x == point.x && last.y == point.y) {
             continue;
         }
         while let [.., a, b] = hull[base..]
-            && (b - a).perp(&(point - a)) <= 0.0
+            && (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x) <= 0.0
         {
             hull.pop();
         }

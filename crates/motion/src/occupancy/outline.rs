@@ -67,6 +67,14 @@ impl PlanarPose {
         Self { position: self.position + self.heading * distance_m, heading: self.heading }
     }
 
+    /// True if all numbers are equal: `==`, in few instructions.
+    #[must_use]
+    #[inline]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let numbers = |pose: &Self| [pose.position.x, pose.position.y, pose.heading.x, pose.heading.y];
+        numbers(self) == numbers(other)
+    }
+
     /// Unsigned angle to the heading of another pose \[rad\].
     #[must_use]
     pub fn turn_to(&self, other: &Self) -> f64 {
@@ -120,6 +128,15 @@ impl Outline {
         &self.corners
     }
 
+    /// True if these are the corners.
+    #[must_use]
+    #[inline]
+    pub(super) fn has_corners(&self, corners: &[Point2]) -> bool {
+        let pairs = self.corners.iter().zip(corners);
+        self.corners.len() == corners.len()
+            && pairs.fold(true, |same, (a, b)| same & (a.x == b.x) & (a.y == b.y))
+    }
+
     /// True if the outline is the box around it.
     #[must_use]
     #[inline]
@@ -139,7 +156,7 @@ impl Outline {
     #[inline]
     pub fn box_at(&self, pose: &PlanarPose) -> OrientedBox {
         OrientedBox {
-            center: pose.apply(self.center),
+            center: self.center_at(pose),
             axis: pose.heading,
             half_length_m: self.half.x,
             half_width_m: self.half.y,
@@ -150,7 +167,7 @@ impl Outline {
     #[must_use]
     #[inline]
     pub fn bounds_at(&self, pose: &PlanarPose) -> Bounds {
-        let center = pose.apply(self.center);
+        let center = self.center_at(pose);
         let half = self.reach_along(pose.heading);
         Bounds { min: center - half, max: center + half }
     }
@@ -159,15 +176,23 @@ impl Outline {
     #[must_use]
     #[inline]
     pub(super) fn bounds_along(&self, pose: &PlanarPose, axis: Vector2) -> Bounds {
-        let center = pose.apply(self.center).coords;
+        let center = self.center_at(pose).coords;
         let center = Point2::new(axis.dot(&center), axis.perp(&center));
         let half = self.reach_along(Vector2::new(axis.dot(&pose.heading), axis.perp(&pose.heading)));
         Bounds { min: center - half, max: center + half }
     }
 
-    /// Half extents along two axes of the rectangle turned by `heading` against them.
+    /// The middle of the rectangle around the placed outline.
+    #[must_use]
     #[inline]
-    fn reach_along(&self, heading: Vector2) -> Vector2 {
+    pub(super) fn center_at(&self, pose: &PlanarPose) -> Point2 {
+        pose.apply(self.center)
+    }
+
+    /// Half extents along two axes of the rectangle turned by `heading` against them.
+    #[must_use]
+    #[inline]
+    pub(super) fn reach_along(&self, heading: Vector2) -> Vector2 {
         let (cos, sin) = (heading.x.abs(), heading.y.abs());
         Vector2::new(self.half.x * cos + self.half.y * sin, self.half.x * sin + self.half.y * cos)
     }

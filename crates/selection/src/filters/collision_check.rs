@@ -19,6 +19,8 @@ mod priority;
 mod rss;
 mod settings;
 mod stop_tracker;
+mod windows;
+mod yielding;
 
 pub use drac::Method;
 pub use findings::{CollisionCause, CollisionMemo};

@@ -5,13 +5,14 @@
 //! that leaves no passage is the required one.
 
 use super::ego::{Braking, EgoMotion, EgoPath};
-use super::objects::{Course, CourseBuffers, Object, Objects, Way};
+use super::objects::{Course, Object, Objects, Way};
 use super::passage::{Body, Hit, Passages, Search, SearchBuffers};
 use super::priority::{PriorityBuffers, PriorityMap};
 use super::settings::{Case, ClassSettings, EgoTiers, Settings};
+use super::yielding::YieldingObjects;
 use crate::verdict::RiskLevel;
 use motion::Point2;
-use motion::occupancy::{Bounds, SpeedProfile, Sweep};
+use motion::occupancy::{Bounds, Sweep};
 use std::fmt;
 
 /// The case by which an object was assessed. Shown in upstream's words.
@@ -149,8 +150,7 @@ impl EgoMotions {
 #[derive(Debug, Default)]
 pub(super) struct DracBuffers {
     search: SearchBuffers,
-    object_sweep: Sweep,
-    course: CourseBuffers,
+    yielding: YieldingObjects,
     hull: (Vec<Point2>, Vec<Point2>),
     priority: PriorityBuffers,
 }
@@ -183,7 +183,7 @@ impl Situation<'_> {
         ego.plan_sweep(self.settings, of_class.ego_outline);
         let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
         let on_course = self.object_body(object, course);
-        let windows = Some(self.objects.windows_of(course));
+        let windows = self.objects.windows_of(course);
         let search = Search::new(planned, on_course, windows, of_class, &mut buffers.search);
         let Some(passages) = search.passages() else {
             return Outcome::Clear;
@@ -268,24 +268,14 @@ impl Situation<'_> {
         ego: &EgoMotions,
         buffers: &mut DracBuffers,
     ) -> Option<RiskLevel> {
-        let DracBuffers { search, object_sweep, course: sampling, .. } = buffers;
+        let DracBuffers { search, yielding, .. } = buffers;
         let [safe_mps2, _] = of_class.object_tiers;
-        let enough = of_class.object_tiers.into_iter().find(|&acceleration_mps2| {
-            let profile = SpeedProfile { speed_mps: course.speed_mps, lag_s: 0.0, acceleration_mps2 };
-            object_sweep.clear();
-            self.objects.sweep_way(
-                &course.way,
-                &profile,
-                course.horizon_s,
-                self.settings.resolution_s,
-                &object.outline,
-                object_sweep,
-                sampling,
-            );
-            let braking =
-                Body { outline: &object.outline, sweep: object_sweep, slices: 0..object_sweep.len() };
+        let (_, enough) = of_class.object_tiers.into_iter().enumerate().find(|&(tier, _)| {
+            let (sweep, windows) =
+                yielding.braking(self.objects, (object, course), tier, of_class, self.settings);
+            let braking = Body { outline: &object.outline, sweep, slices: 0..sweep.len() };
             let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
-            !Search::new(planned, braking, None, of_class, search).has_passage()
+            !Search::new(planned, braking, windows, of_class, search).has_passage()
         })?;
         Some(if enough >= safe_mps2 { RiskLevel::Safe } else { RiskLevel::LowCaution })
     }
@@ -308,7 +298,7 @@ impl Situation<'_> {
             let place = ego.trial(self.settings, of_class.ego_outline, braking, self.objects.horizon_s);
             let braked = self.ego_body(&ego.trials[place].sweep, of_class);
             let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
-            !Search::new(braked, on_course, Some(windows), of_class, &mut buffers.search).has_passage()
+            !Search::new(braked, on_course, windows, of_class, &mut buffers.search).has_passage()
         });
         enough.map(|(acceleration_mps2, _)| acceleration_mps2)
     }

@@ -172,13 +172,17 @@ impl EgoMotion {
         let end_s = plan.map_or(f64::NEG_INFINITY, |(braking, _, _, stop_s)| braking.start_s + stop_s);
         let end_s = end_s.max(path.end_time_s());
         let (mut cursor, mut previous): (usize, Option<Place>) = (0, None);
+        let mut standing: Option<Place> = None;
         for tick in 0_u32.. {
             let time_s = f64::from(tick) * resolution_s;
-            let place = match plan {
-                Some((braking, start_m, speed_mps, stop_s)) if time_s > braking.start_s => {
+            let place = match (plan, standing) {
+                (_, Some(standing)) => standing,
+                (Some((braking, start_m, speed_mps, stop_s)), _) if time_s > braking.start_s => {
                     let since_s = (time_s - braking.start_s).min(stop_s);
                     let braked_m = (speed_mps + 0.5 * braking.acceleration_mps2 * since_s) * since_s;
-                    path.at_distance(start_m + braked_m)
+                    let place = path.at_distance(start_m + braked_m);
+                    standing = (since_s == stop_s).then_some(place);
+                    place
                 }
                 _ => path.at_time(time_s, resolution_s, &mut cursor),
             };
@@ -196,8 +200,15 @@ impl EgoMotion {
 
     /// Appends what the vehicle covers from each sample to the next.
     pub(super) fn append_slices(&self, outline: &Outline, sweep: &mut Sweep) {
+        let mut is_standing = false;
         for (pair, deviation) in self.poses.windows(2).zip(&self.deviations) {
-            sweep.push(outline, pair[0], pair[1], deviation);
+            let stays = pair[0].is_same(&pair[1]) && *deviation == Deviation::default();
+            if stays && is_standing {
+                sweep.repeat_last();
+            } else {
+                sweep.push(outline, pair[0], pair[1], deviation);
+            }
+            is_standing = stays;
         }
     }
 

@@ -1,7 +1,7 @@
 //! What all candidates share: the objects, and what each of them covers over time on each course it may take.
 
-use super::passage::Windows;
 use super::settings::{ClassSettings, Settings, TIME_SLACK_S};
+use super::windows::{WindowColumns, WindowPlaces, Windows};
 use crate::parameters::{ObjectClass, Shape};
 use messages::autoware_perception_msgs::{
     ObjectClassification, PredictedObject, PredictedObjects, PredictedPath, Shape as ShapeMessage,
@@ -9,11 +9,12 @@ use messages::autoware_perception_msgs::{
 use messages::unique_identifier_msgs::Uuid;
 use motion::Vector2;
 use motion::occupancy::{
-    Bounds, Deviation, GROUP, Outline, PlanarPose, SUBDIVISION_TURN_RAD, SpeedProfile, Sweep, arc_pose,
+    Bounds, Deviation, Outline, PlanarPose, SUBDIVISION_TURN_RAD, SpeedProfile, Sweep, arc_pose,
     turn_per_metre,
 };
 use motion::{Point2, Pose};
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Longest assessed part of a predicted path \[s\].
 const PATH_HORIZON_S: f64 = 8.0;
@@ -50,26 +51,26 @@ pub(super) enum Way {
 /// What an object covers on one of its ways at constant speed. Slice `k` lasts from tick `k` to the next.
 #[derive(Debug)]
 pub(super) struct Course {
+    /// Its own place in [`Objects::courses`].
+    pub(super) place: usize,
     pub(super) way: Way,
     pub(super) speed_mps: f64,
     pub(super) horizon_s: f64,
     /// Its slices, places in [`Objects::sweep`].
     pub(super) slices: Range<usize>,
-    /// For each tick of the vehicle the box around all slices that its slice is compared with, and for each group of
-    /// these: places in [`Objects::windows`] and [`Objects::window_groups`].
-    windows: Range<usize>,
-    window_groups: Range<usize>,
+    windows: WindowPlaces,
     pub(super) bounds: Bounds,
 }
 
 /// All objects of a cycle.
 #[derive(Debug, Default)]
 pub(super) struct Objects {
+    /// No other content, of these or any other objects, has the same number; 0 before the first.
+    pub(super) number: u64,
     pub(super) objects: Vec<Object>,
     pub(super) courses: Vec<Course>,
     pub(super) sweep: Sweep,
-    windows: Vec<Bounds>,
-    window_groups: Vec<Bounds>,
+    windows: WindowColumns,
     /// Objects where they are now: one slice each.
     pub(super) standing: Sweep,
     path_poses: Vec<PlanarPose>,
@@ -84,8 +85,6 @@ pub(super) struct Objects {
 pub(super) struct CourseBuffers {
     times_s: Vec<f64>,
     samples: Vec<WaySample>,
-    /// Boxes around the slices from each one to the end of its block.
-    joined: Vec<Bounds>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -119,11 +118,12 @@ impl Objects {
         message: &PredictedObjects,
         settings: &Settings,
     ) -> Result<(), ObjectDefect> {
+        static LAST: AtomicU64 = AtomicU64::new(0);
+        self.number = LAST.fetch_add(1, Ordering::Relaxed) + 1;
         self.objects.clear();
         self.courses.clear();
         self.sweep.clear();
         self.windows.clear();
-        self.window_groups.clear();
         self.standing.clear();
         self.path_poses.clear();
         self.path_lengths_m.clear();
@@ -212,27 +212,23 @@ impl Objects {
         (self.sweep, self.buffers) = (sweep, buffers);
         let slices = first..self.sweep.len();
         let (before, after) = (of_class.object_earlier_ticks, of_class.ego_earlier_ticks);
-        let (first_window, first_group) = (self.windows.len(), self.window_groups.len());
         let of_course = &self.sweep.bounds()[slices.clone()];
-        push_windows(of_course, before, after, &mut self.buffers.joined, &mut self.windows);
-        let groups = self.windows[first_window..].chunks(GROUP).map(Bounds::around_all);
-        self.window_groups.extend(groups);
+        let windows = self.windows.push(of_course, before, after);
         let last_s = (slices.len() + before) as f64 * settings.resolution_s;
         self.horizon_s = self.horizon_s.max(last_s);
         self.courses.push(Course {
+            place: self.courses.len(),
             way,
             speed_mps,
             horizon_s,
             bounds: Bounds::around_all(of_course),
             slices,
-            windows: first_window..self.windows.len(),
-            window_groups: first_group..self.window_groups.len(),
+            windows,
         });
     }
 
     pub(super) fn windows_of(&self, course: &Course) -> Windows<'_> {
-        let groups = &self.window_groups[course.window_groups.clone()];
-        Windows { boxes: &self.windows[course.windows.clone()], groups }
+        self.windows.get(&course.windows)
     }
 
     /// Appends to `sweep` what a body covers on a way, tick by tick, as far as the way was sampled.
@@ -247,7 +243,7 @@ impl Objects {
         sweep: &mut Sweep,
         buffers: &mut CourseBuffers,
     ) {
-        let CourseBuffers { times_s, samples, .. } = buffers;
+        let CourseBuffers { times_s, samples } = buffers;
         profile.sample_times(0.0, horizon_s, resolution_s, times_s);
         samples.clear();
         let mut cursor = 0;
@@ -320,44 +316,6 @@ impl Objects {
             }
         }
         deviation
-    }
-}
-
-/// For each tick up to `before` ticks after the last slice the box around the slices from `before` ticks before to
-/// `after` ticks after it.
-///
-/// Slices are taken in blocks as long as a window. A window ends in the block after the one it begins in at most, so it
-/// is joined of two parts: from its beginning to the end of the block, and from the beginning of a block to its end.
-fn push_windows(
-    slices: &[Bounds],
-    before: usize,
-    after: usize,
-    to_block_end: &mut Vec<Bounds>,
-    windows: &mut Vec<Bounds>,
-) {
-    let length = before + after + 1;
-    to_block_end.clear();
-    to_block_end.extend_from_slice(slices);
-    for at in (1..slices.len()).rev().filter(|at| !at.is_multiple_of(length)) {
-        to_block_end[at - 1] = to_block_end[at - 1].joined(&to_block_end[at]);
-    }
-    // From the beginning of the block that holds the last slice of the window.
-    let mut from_block_start = Bounds::around_all(&slices[..after.min(slices.len())]);
-    for tick in 0..slices.len() + before {
-        if let Some(entering) = slices.get(tick + after) {
-            let begins_block = (tick + after).is_multiple_of(length);
-            from_block_start = if begins_block { *entering } else { from_block_start.joined(entering) };
-        }
-        let first = tick.saturating_sub(before);
-        // A window inside one block, at either end of the slices, has only one part.
-        let last = (tick + after).min(slices.len() - 1);
-        windows.push(if first / length < last / length {
-            to_block_end[first].joined(&from_block_start)
-        } else if first.is_multiple_of(length) {
-            from_block_start
-        } else {
-            to_block_end[first]
-        });
     }
 }
 

@@ -5,7 +5,8 @@
 //! earlier, negative when the object is.
 
 use super::settings::ClassSettings;
-use motion::occupancy::{Bounds, GROUP, HullBuffers, Outline, Sweep, placed_meet, slices_meet};
+use super::windows::Windows;
+use motion::occupancy::{Bounds, HullBuffers, Outline, Sweep, near_slices_meet, placed_meet};
 use std::ops::Range;
 
 /// A body whose slice `k` lasts from tick `k` to the next: a range of a sweep.
@@ -16,9 +17,14 @@ pub(super) struct Body<'a> {
     pub(super) slices: Range<usize>,
 }
 
-impl Body<'_> {
+impl<'a> Body<'a> {
     fn len(&self) -> usize {
         self.slices.len()
+    }
+
+    /// Boxes along the map axes around its slices.
+    fn bounds(&self) -> &'a [Bounds] {
+        &self.sweep.bounds()[self.slices.clone()]
     }
 }
 
@@ -47,14 +53,6 @@ pub(super) struct Passages {
     pub(super) worst: Hit,
 }
 
-/// For each tick of the vehicle the box around all slices of an object that its slice is compared with, and one box
-/// around each [`GROUP`] of these.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Windows<'a> {
-    pub(super) boxes: &'a [Bounds],
-    pub(super) groups: &'a [Bounds],
-}
-
 /// Memory of a search.
 #[derive(Debug, Default)]
 pub(super) struct SearchBuffers {
@@ -77,21 +75,18 @@ pub(super) struct Search<'a, 'b> {
 }
 
 impl<'a, 'b> Search<'a, 'b> {
-    /// A search inside the class's range. Where there are windows it looks only at slices of the vehicle that meet
-    /// their window.
+    /// A search inside the class's range. The windows are those of the object's slices for this range: only slices of
+    /// the vehicle that meet their window are looked at.
     pub(super) fn new(
         ego: Body<'a>,
         object: Body<'a>,
-        windows: Option<Windows<'_>>,
+        windows: Windows<'_>,
         of_class: &ClassSettings,
         buffers: &'b mut SearchBuffers,
     ) -> Self {
         let SearchBuffers { near, hulls } = buffers;
         near.clear();
-        match windows {
-            Some(windows) => find_near(ego.sweep, &windows, near),
-            None => near.extend(0..ego.len()),
-        }
+        windows.find_near(ego.sweep, near);
         Self {
             ego,
             object,
@@ -135,7 +130,7 @@ impl<'a, 'b> Search<'a, 'b> {
             let to = (ego + self.ego_earlier_ticks + 1).min(self.object.len());
             // The last slice is the last sample alone: it only stands in for slices that begin after it.
             let to = if ego == last { to.min(last) } else { to };
-            (from..to).any(|object| self.meet(Hit { ego, object }))
+            self.first_ahead(ego, from..to, false).is_some()
         }) || (last == 0 && self.passages().is_some())
     }
 
@@ -143,8 +138,14 @@ impl<'a, 'b> Search<'a, 'b> {
     /// that come into question.
     fn try_object_ahead(&mut self, object: usize, near: &[usize], at_start: bool) {
         let end = object + self.object_earlier_ticks;
-        let mut in_range = near.iter().take_while(|&&ego| ego <= end).map(|&ego| Hit { ego, object });
-        if let Some(hit) = in_range.find(|&hit| self.meet_and_begin(hit, at_start)) {
+        let around = self.object.bounds()[object];
+        let bounds = self.ego.bounds();
+        let mut hits = near
+            .iter()
+            .take_while(|&&ego| ego <= end)
+            .filter(|&&ego| around.meets(&bounds[ego]))
+            .map(|&ego| Hit { ego, object });
+        if let Some(hit) = hits.find(|&hit| self.meet_and_begin(hit, at_start)) {
             self.take(hit);
         }
     }
@@ -152,13 +153,24 @@ impl<'a, 'b> Search<'a, 'b> {
     /// Takes the first hit of a slice of the vehicle, if it is near, with slices of the object from the same tick on.
     fn try_ego_ahead(&mut self, ego: usize, is_near: bool, at_start: bool) {
         let end = (ego + self.ego_earlier_ticks + 1).min(self.object.len());
-        let mut in_range = (ego..end).filter(|_| is_near).map(|object| Hit { ego, object });
-        if let Some(hit) = in_range.find(|&hit| self.meet_and_begin(hit, at_start)) {
+        if is_near && let Some(hit) = self.first_ahead(ego, ego..end, at_start) {
             self.take(hit);
         }
     }
 
-    /// True if two slices meet; at the start of the search the bodies must touch where the slices begin.
+    /// The first hit of a slice of the vehicle with slices of the object.
+    fn first_ahead(&mut self, ego: usize, objects: Range<usize>, at_start: bool) -> Option<Hit> {
+        let around = self.ego.bounds()[ego];
+        let bounds = self.object.bounds().get(objects.clone()).unwrap_or_default();
+        let mut hits = objects
+            .zip(bounds)
+            .filter(|(_, bounds)| around.meets(bounds))
+            .map(|(object, _)| Hit { ego, object });
+        hits.find(|&hit| self.meet_and_begin(hit, at_start))
+    }
+
+    /// True if two slices whose boxes meet do so; at the start of the search the bodies must touch where the slices
+    /// begin.
     #[inline]
     fn meet_and_begin(&mut self, hit: Hit, at_start: bool) -> bool {
         self.meet(hit) && (!at_start || self.starts_meet(hit))
@@ -180,7 +192,7 @@ impl<'a, 'b> Search<'a, 'b> {
     #[inline]
     fn meet(&mut self, hit: Hit) -> bool {
         let (ego, object) = (&self.ego, &self.object);
-        slices_meet(
+        near_slices_meet(
             (ego.outline, ego.sweep, ego.slices.start + hit.ego),
             (object.outline, object.sweep, object.slices.start + hit.object),
             self.hulls,
@@ -195,21 +207,10 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 }
 
-/// Finds the slices that meet their windows. Whole groups are passed over where they do not meet.
-fn find_near(ego: &Sweep, windows: &Windows<'_>, near: &mut Vec<usize>) {
-    for (group, (slices, window)) in ego.groups().iter().zip(windows.groups).enumerate() {
-        if slices.meets(window) {
-            let first = group * GROUP;
-            let pairs = ego.bounds()[first..].iter().zip(&windows.boxes[first..]).take(GROUP);
-            let inside = (first..).zip(pairs).filter(|(_, (slice, window))| slice.meets(window));
-            near.extend(inside.map(|(at, _)| at));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::settings::Settings;
+    use super::super::windows::WindowColumns;
     use super::*;
     use crate::parameters::{CollisionCheckParameters, ObjectClass, PerClass};
     use motion::VehicleInfo;
@@ -239,9 +240,13 @@ mod tests {
         let of_class = settings.class(ObjectClass::Car);
         let mut buffers = SearchBuffers::default();
         let (ego, object) = (body(&outline, &ego), body(&outline, &object));
-        let again = Search::new(ego.clone(), object.clone(), None, of_class, &mut buffers);
+        let mut columns = WindowColumns::default();
+        let (before, after) = (of_class.object_earlier_ticks, of_class.ego_earlier_ticks);
+        let windows = columns.push(object.sweep.bounds(), before, after);
+        let windows = columns.get(&windows);
+        let again = Search::new(ego.clone(), object.clone(), windows, of_class, &mut buffers);
         let has_passage = again.has_passage();
-        let found = Search::new(ego, object, None, of_class, &mut buffers).passages();
+        let found = Search::new(ego, object, windows, of_class, &mut buffers).passages();
         assert_eq!(has_passage, found.is_some());
         found
     }
