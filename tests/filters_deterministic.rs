@@ -29,6 +29,8 @@ const SEED: u64 = 0x5eed_0001;
 const CYCLES: usize = 1000;
 const GENERATORS: u64 = 4;
 const MAX_SAMPLES: u64 = 3;
+/// Each filter accepts and rejects more candidates than this, so that equal verdicts mean something.
+const LEAST: usize = 100;
 
 /// SplitMix64.
 struct Random(u64);
@@ -129,13 +131,34 @@ fn on_two_threads(validator: &Validator, scene: &Scene, candidates: &[Candidate]
 /// Everything that is said in each cycle, by candidate. The text of a number tells all of its bits.
 type Said = Vec<BTreeMap<CandidateKey, String>>;
 
+/// How often each filter, and all of them together, accepted a candidate, rejected it, and could not judge.
+#[derive(Default)]
+struct Counts(BTreeMap<&'static str, [usize; 3]>);
+
+impl Counts {
+    fn count(&mut self, validator: &Validator, verdict: &Verdict) {
+        self.0.entry("all").or_default()[usize::from(!verdict.accepted)] += 1;
+        for (loaded, judgement) in validator.filters().iter().zip(&verdict.judgements) {
+            let kind = if judgement.failure.is_some() { 2 } else { usize::from(!judgement.feasible) };
+            self.0.entry(loaded.name()).or_default()[kind] += 1;
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (name, counts) in &other.0 {
+            let sums = self.0.entry(name).or_default();
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
+    }
+}
+
 /// Drives once, with the filters that are built and one more.
 fn drive<'a>(
     sequence: &Sequence,
     extra: Option<fn() -> Box<dyn Filter>>,
     steps: impl Iterator<Item = (&'a Step, CandidateTrajectories)>,
     judge: Judge,
-) -> (Said, [usize; 2]) {
+) -> (Said, Counts) {
     let mut parameters = sequence.parameters.clone();
     parameters.filter_names = CLASSES.iter().map(|class| class.class_name.to_owned()).collect();
     let mut validator = Validator::new(parameters, &sequence.vehicle).unwrap();
@@ -143,7 +166,7 @@ fn drive<'a>(
         validator.load("test", Enforcement::Enforced, Arc::new(move |_: &ValidatorParameters| make()));
     }
     let mut concatenator = Concatenator::new(0.2);
-    let mut counts = [0; 2];
+    let mut counts = Counts::default();
     let said = steps.map(|(step, message)| {
         if let Some(parameters) = &step.parameters {
             validator.configure(parameters.clone());
@@ -154,11 +177,12 @@ fn drive<'a>(
         let verdicts = judge(&validator, &step.scene, &candidates);
         validator.remember(&candidates, &verdicts);
         for verdict in &verdicts {
-            counts[usize::from(verdict.accepted)] += 1;
+            counts.count(&validator, verdict);
         }
         verdicts.iter().map(|verdict| (verdict.key, format!("{verdict:?}"))).collect()
     });
-    (said.collect(), counts)
+    let said = said.collect();
+    (said, counts)
 }
 
 fn draw_steps(random: &mut Random, sequence: &Sequence) -> Vec<Step> {
@@ -170,13 +194,13 @@ fn draw_steps(random: &mut Random, sequence: &Sequence) -> Vec<Step> {
     sequence.cycles.iter().map(step).collect()
 }
 
-/// Drives the same steps on one thread, on two, and with permuted generators: what each says, and how many candidates
-/// were rejected and accepted.
+/// Drives the same steps on one thread, on two, and with permuted generators: what each says, and how often what was
+/// said the first time.
 fn three_ways(
     random: &mut Random,
     sequence: &Sequence,
     extra: Option<fn() -> Box<dyn Filter>>,
-) -> ([Said; 3], [usize; 2]) {
+) -> ([Said; 3], Counts) {
     let steps = draw_steps(random, sequence);
     let as_drawn = || steps.iter().map(|step| (step, step.message.clone()));
     let (one, counts) = drive(sequence, extra, as_drawn(), on_one_thread);
@@ -194,24 +218,24 @@ fn threads_and_the_order_of_generators_change_no_verdict() {
     let files = sequence_files(&[golden.join("open")]).unwrap();
     let mut maps = Maps::default();
     let mut random = Random(SEED);
-    let (mut cycles, mut rejected, mut accepted) = (0, 0, 0);
+    let (mut cycles, mut counts) = (0, Counts::default());
     while cycles < CYCLES {
         let file = &files[random.below(files.len() as u64) as usize];
         let sequence = Sequence::read(file, &mut maps).unwrap();
-        let ([one, two, permuted], counts) = three_ways(&mut random, &sequence, None);
+        let ([one, two, permuted], of_drive) = three_ways(&mut random, &sequence, None);
         for (cycle, said) in one.iter().enumerate() {
             assert_eq!(said, &two[cycle], "{} cycle {cycle}: two threads", sequence.name);
             assert_eq!(said, &permuted[cycle], "{} cycle {cycle}: permuted generators", sequence.name);
         }
         cycles += sequence.cycles.len();
-        rejected += counts[0];
-        accepted += counts[1];
+        counts.add(&of_drive);
     }
-    println!(
-        "{cycles} cycles, {rejected} candidates rejected, {accepted} accepted, {} filters",
-        CLASSES.len()
-    );
-    assert!(rejected > CYCLES && accepted > CYCLES, "both verdicts are compared");
+    println!("{cycles} cycles; accepted, rejected, not assessed:");
+    for (name, [accepted, rejected, not_assessed]) in &counts.0 {
+        println!("{name}: {accepted}, {rejected}, {not_assessed}");
+        assert!(*accepted > LEAST && *rejected > LEAST, "both verdicts of {name} are compared");
+    }
+    assert_eq!(counts.0.len(), CLASSES.len() + 1);
 }
 
 /// Counts in a place that all candidates share: what the contract forbids.
