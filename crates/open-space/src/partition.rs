@@ -5,11 +5,15 @@
 //! and plan are re-timed so that the place has time 0 and arc length 0: that is what the next cycle's stitching counts
 //! from.
 
+mod moves;
 mod overlap;
 mod parameters;
 
+use std::ops::Range;
+
 use motion::pose::normalize_radian;
 use motion::{OrientedBox, Pose, VehicleInfo};
+use moves::{Move, due_move, due_point};
 pub use overlap::intersection_over_union;
 pub use parameters::PartitionParameters;
 
@@ -37,6 +41,17 @@ pub struct Part {
 type PartKey = ([u64; 3], Gear);
 
 impl Part {
+    /// Indices of the points that may be driven from a time on, s, on the part's times: up to the next stop; while the
+    /// vehicle stands on its way to turn its wheels, the points of that stand.
+    #[must_use]
+    pub fn until_stop(&self, time_s: f64) -> Range<usize> {
+        let points = &self.trajectory.points;
+        let Move { stop, .. } = due_move(points, time_s);
+        let from = points.partition_point(|point| point.relative_time_s < time_s);
+        let end = if from < stop.first { stop.first } else { stop.last };
+        from.min(end)..end + 1
+    }
+
     fn key(&self) -> PartKey {
         let end = self.trajectory.points.last().and_then(|p| p.path_point).unwrap_or_default().pose;
         ([end.x.to_bits(), end.y.to_bits(), end.yaw.to_bits()], self.gear)
@@ -91,6 +106,7 @@ struct Ego {
     pose: PlanarPose,
     outline: OrientedBox,
     moving_rad: f64,
+    speed_mps: f64,
 }
 
 impl Partitioner {
@@ -122,7 +138,7 @@ impl Partitioner {
             let place = self.place_on(&parts[0], &ego, f64::NEG_INFINITY, false);
             (0, place.ok_or_else(|| self.nothing_near())?)
         } else {
-            self.locate(&parts, due_s, &ego, vehicle.speed_mps)?
+            self.locate(&parts, due_s, &ego)?
         };
         self.remember(parts[part_index].key());
         Ok(retimed(plan, &parts, part_index, place))
@@ -137,16 +153,14 @@ impl Partitioner {
         }
     }
 
-    fn locate(
-        &self,
-        parts: &[Part],
-        due_s: f64,
-        ego: &Ego,
-        speed_mps: f64,
-    ) -> Result<(usize, usize), PartitionError> {
-        let current = parts.iter().position(|part| self.followed.last() == Some(&part.key()));
+    fn locate(&self, parts: &[Part], due_s: f64, ego: &Ego) -> Result<(usize, usize), PartitionError> {
+        // Another plan may come to the same end by other parts, which are driven first.
+        let current = parts
+            .iter()
+            .position(|part| self.followed.last() == Some(&part.key()))
+            .filter(|&current| parts[..current].iter().all(|part| self.followed.contains(&part.key())));
         if let Some(current) = current
-            && self.has_reached_end(&parts[current], ego, speed_mps)
+            && self.is_over(&parts[current], due_s, ego)
         {
             let last = parts[current].trajectory.points.len() - 1;
             return Ok(if current + 1 < parts.len() { (current + 1, 0) } else { (current, last) });
@@ -169,9 +183,23 @@ impl Partitioner {
         PartitionError::NothingNear { range_m: self.parameters.distance_search_range }
     }
 
-    /// The point of a part whose vehicle outline overlaps the vehicle's most; of nearly equal ones the one that is due.
-    /// Careful: among those that lie ahead and are driven the way the vehicle is heading. Otherwise any near one.
+    /// Whether the vehicle (nearly) stands at the end of a part and the part's time has passed.
+    fn is_over(&self, part: &Part, due_s: f64, ego: &Ego) -> bool {
+        let points = &part.trajectory.points;
+        due_point(points, due_s) + 1 == points.len() && self.has_reached(points.last(), ego)
+    }
+
+    /// The point of the due move whose vehicle outline overlaps the vehicle's most; of nearly equal ones the one that is
+    /// due. Careful: among those that lie ahead and are driven the way the vehicle is heading. Otherwise any near one.
+    ///
+    /// Within reach of the stop that ends the move time alone decides: the vehicle need not come any closer, and a move
+    /// may be shorter than that reach.
     fn place_on(&self, part: &Part, ego: &Ego, due_s: f64, careful: bool) -> Option<usize> {
+        let points = &part.trajectory.points;
+        let Move { from, stop } = due_move(points, due_s);
+        if self.has_reached(points.get(stop.first), ego) {
+            return Some(due_point(points, due_s).clamp(from, stop.last));
+        }
         let overlap = |(index, point): (usize, &DiscretizedPoint)| {
             let pose = point.path_point?.pose;
             self.is_candidate(&pose, part.gear, ego, careful).then(|| {
@@ -180,7 +208,7 @@ impl Partitioner {
             })
         };
         let overlaps: Vec<(usize, f64, f64)> =
-            part.trajectory.points.iter().enumerate().filter_map(overlap).collect();
+            points.iter().enumerate().take(stop.first + 1).skip(from).filter_map(overlap).collect();
         let best = overlaps.iter().map(|&(_, ratio, _)| ratio).fold(f64::NEG_INFINITY, f64::max);
         overlaps
             .iter()
@@ -201,9 +229,9 @@ impl Partitioner {
         turn < p.heading_search_range && (distance_m < SAME_PLACE_M || aside < p.heading_track_range)
     }
 
-    /// Whether the vehicle (nearly) stands at the end of a part.
-    fn has_reached_end(&self, part: &Part, ego: &Ego, speed_mps: f64) -> bool {
-        let Some(end) = part.trajectory.points.last().and_then(|point| point.path_point) else {
+    /// Whether the vehicle (nearly) stands where the motion to a point ends.
+    fn has_reached(&self, stop: Option<&DiscretizedPoint>, ego: &Ego) -> bool {
+        let Some(end) = stop.and_then(|point| point.path_point) else {
             return false;
         };
         let p = &self.parameters;
@@ -212,7 +240,7 @@ impl Partitioner {
         (dy * cos - dx * sin).abs() < p.lateral_offset_to_midpoint
             && (dx * cos + dy * sin).abs() < p.longitudinal_offset_to_midpoint
             && end.pose.yaw_to(&ego.pose).abs() < p.heading_offset_to_midpoint
-            && speed_mps.abs() < p.linear_velocity_threshold_on_ego
+            && ego.speed_mps.abs() < p.linear_velocity_threshold_on_ego
             && intersection_over_union(&outline(&self.vehicle, &end.pose), &ego.outline)
                 > p.vehicle_box_iou_threshold_to_midpoint
     }
@@ -222,6 +250,7 @@ impl Partitioner {
             pose: vehicle.pose,
             outline: outline(&self.vehicle, &vehicle.pose),
             moving_rad: moving_direction(&vehicle.pose, vehicle.gear),
+            speed_mps: vehicle.speed_mps,
         }
     }
 }

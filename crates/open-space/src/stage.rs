@@ -115,8 +115,9 @@ impl ParkingStage {
         let decision = decide(&self.fallback, &self.vehicle, &part, &input.vehicle, input.obstacles);
         let stitched = PublishedTrajectory { trajectory: stitched, header_time_s: input.now_s };
         if place + 1 == part.trajectory.points.len() {
-            // The plan is driven to its end; the vehicle stands or is about to.
-            self.previous = Some(PreviousFrame { stitched, fallback: false, provider_success: true });
+            // The plan is driven to its end; the vehicle stands or is about to. Should the provider not find that it has
+            // arrived, planning begins anew from where it stands.
+            self.previous = Some(PreviousFrame { stitched, fallback: true, provider_success: true });
             return Command::Stop(self.stop_here(input));
         }
         let fallback = decision != Decision::Clear;

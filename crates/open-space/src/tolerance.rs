@@ -56,6 +56,9 @@ pub const MATCH_BUFFER_M2: f64 = 1e-6;
 /// Steps of a trajectory shorter than this (m) have no direction.
 pub const STEP_DIRECTION_M: f64 = 1e-3;
 
+/// A point of a plan slower than this (m/s) is at rest.
+pub const STANDSTILL_MPS: f64 = 1e-3;
+
 /// A point closer to the vehicle than this (m) is where the vehicle is, neither ahead nor behind: the noise of a
 /// position.
 pub const SAME_PLACE_M: f64 = 0.03;

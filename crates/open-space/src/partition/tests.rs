@@ -313,6 +313,91 @@ fn at_the_end_of_the_last_part_it_stays_there() {
 }
 
 /// Taken up once: a vehicle that still stands at the cusp keeps time on the next part instead of starting over.
+/// Two metres ahead, two seconds at rest there to turn the wheels, and two metres on.
+fn with_a_stop() -> DiscretizedTrajectory {
+    let mut points = motion(PlanarPose::default(), Gear::Forward, 0.0, 2.0, 0.0);
+    let stop = points[points.len() - 1];
+    let begin_s = stop.relative_time_s;
+    let wait = |tenth: u32| DiscretizedPoint {
+        speed_mps: 0.0,
+        relative_time_s: begin_s + 0.1 * f64::from(tenth),
+        ..stop
+    };
+    points.extend((1..=20).map(wait));
+    points.extend(motion(pose_of(&stop), Gear::Forward, 0.0, 2.0, begin_s + 2.0).into_iter().skip(1));
+    DiscretizedTrajectory { points }
+}
+
+/// A centimetre or a few decides whether the vehicle is before or behind the place where it has to stand; it has to
+/// stand all the same.
+#[test]
+fn a_stop_on_the_way_is_kept_until_it_is_over_wherever_exactly_the_vehicle_stands() {
+    let plan = with_a_stop();
+    let begin_s = 2.0 * 2.0_f64.sqrt();
+    for x in [1.9, 1.96, 2.0, 2.04, 2.1] {
+        let mut partitioner = underway(&plan);
+        let vehicle = at(PlanarPose::new(x, 0.0, 0.0), Gear::Forward, 0.0);
+        for (due_s, place_s) in [(begin_s + 0.35, 0.3), (begin_s + 1.95, 1.9), (begin_s + 2.0 + 1e-9, 2.0)] {
+            let followed = partitioner.follow(&plan, due_s, &vehicle).unwrap();
+            let found_s = plan.points[followed.place].relative_time_s;
+            if place_s < 2.0 {
+                assert!((found_s - begin_s - place_s).abs() < 1e-9, "{x} m, {due_s} s: {found_s} s");
+            } else {
+                assert!(found_s >= begin_s + 2.0 - 1e-9, "{x} m, {due_s} s: {found_s} s");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_may_be_driven_ends_at_the_next_stop() {
+    let plan = with_a_stop();
+    let part = gear_parts(&plan).unwrap().remove(0);
+    let begin_s = 2.0 * 2.0_f64.sqrt();
+    let range = |time_s| {
+        let range = part.until_stop(time_s);
+        let time = |index: usize| part.trajectory.points[index].relative_time_s;
+        (time(range.start), time(range.end - 1))
+    };
+    assert_eq!(range(0.0), (0.0, begin_s));
+    let (from_s, until_s) = range(begin_s + 0.95);
+    assert!((from_s - begin_s - 1.0).abs() < 1e-9 && (until_s - begin_s - 2.0).abs() < 1e-9);
+    let (from_s, until_s) = range(begin_s + 2.05);
+    assert!((from_s - begin_s - 2.1).abs() < 1e-9 && (until_s - 2.0 * begin_s - 2.0).abs() < 1e-9);
+}
+
+/// Fast past the stop: the vehicle is told to be there, not beyond.
+#[test]
+fn a_stop_on_the_way_is_not_passed_in_motion() {
+    let plan = with_a_stop();
+    let vehicle = at(PlanarPose::new(2.3, 0.0, 0.0), Gear::Forward, 0.5);
+    let followed = underway(&plan).follow(&plan, 2.9, &vehicle).unwrap();
+    assert!((pose_of(&followed_point(&followed)).x - 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_part_shorter_than_the_reach_of_its_end_is_driven() {
+    let plan = plan_of(&[(Gear::Forward, 0.0, 2.0), (Gear::Reverse, 0.0, 0.1), (Gear::Forward, 0.0, 1.0)]);
+    let mut partitioner = underway(&plan);
+    let begin_s = 2.0 * 2.0_f64.sqrt();
+    let vehicle = at(PlanarPose::new(2.0, 0.0, 0.0), Gear::Forward, 0.0);
+    for (due_s, part) in [(begin_s, 1), (begin_s + 0.3, 1), (begin_s + 0.64, 2)] {
+        let followed = partitioner.follow(&plan, due_s, &vehicle).unwrap();
+        assert_eq!(followed.part_index, part, "{due_s} s");
+    }
+}
+
+#[test]
+fn the_last_part_is_driven_to_its_end() {
+    let plan = plan_of(&[(Gear::Forward, 0.0, 2.0)]);
+    let mut partitioner = underway(&plan);
+    let end_s = 2.0 * 2.0_f64.sqrt();
+    let vehicle = at(PlanarPose::new(1.85, 0.0, 0.0), Gear::Forward, 0.15);
+    let last = plan.points.len() - 1;
+    assert!(partitioner.follow(&plan, end_s - 0.3, &vehicle).unwrap().place < last);
+    assert_eq!(partitioner.follow(&plan, end_s, &vehicle).unwrap().place, last);
+}
+
 #[test]
 fn a_part_is_not_taken_up_twice() {
     let plan = three_parts();
@@ -330,6 +415,24 @@ fn a_part_is_not_taken_up_twice() {
 
 /// Forward, back and forward again over the same ground: the third part is not taken up before the second is done, and
 /// the first never again.
+/// Straight to an end, and then by a new plan that takes a run-up to the same end.
+#[test]
+fn a_new_plan_to_the_same_end_is_driven_from_its_beginning() {
+    let straight = plan_of(&[(Gear::Forward, 0.0, 3.0)]);
+    let run_up = plan_of(&[(Gear::Reverse, 0.0, 1.0), (Gear::Forward, 0.0, 4.0)]);
+    let end = |plan: &DiscretizedTrajectory| pose_of(plan.points.last().unwrap());
+    let mut run_up_to_end = run_up.clone();
+    *run_up_to_end.points.last_mut().unwrap() = DiscretizedPoint {
+        path_point: straight.points.last().unwrap().path_point,
+        ..*run_up.points.last().unwrap()
+    };
+    assert!(end(&straight).distance_m(&end(&run_up)) < 1e-9);
+    let mut partitioner = underway(&straight);
+    let vehicle = at(PlanarPose::default(), Gear::Forward, 0.0);
+    let followed = partitioner.follow(&run_up_to_end, 0.0, &vehicle).unwrap();
+    assert_eq!((followed.part_index, followed.part.gear), (0, Gear::Reverse));
+}
+
 #[test]
 fn parts_are_followed_in_their_order() {
     let plan = plan_of(&[(Gear::Forward, 0.0, 4.0), (Gear::Reverse, 0.0, 4.0), (Gear::Forward, 0.0, 4.2)]);

@@ -2,17 +2,30 @@
 //!
 //! The problem is planned in the region's frame, where coordinates are small.
 
-use motion::VehicleInfo;
+use motion::{VehicleDimensions, VehicleInfo};
 
 use super::planning::{Job, Outcome, PlanFailure, Region};
 use crate::pose::PlanarPose;
 use crate::problem::{Limits, Problem};
 use crate::stitcher::DiscretizedTrajectory;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Trajectory, TrajectoryPoint};
 
-/// A start slower than this (m/s) is one at rest, whatever acceleration its point carries: a brake that holds the
-/// vehicle is no motion.
-const REST_SPEED_MPS: f64 = 1e-3;
+/// A start slower than this (m/s) is one at rest, whatever acceleration its point carries: neither the noise of a measured
+/// speed is a motion nor a brake that holds the vehicle, and a path must be free to begin in the other gear.
+const REST_SPEED_MPS: f64 = 0.05;
+
+/// Room that a plan keeps around the vehicle, m: what can be had of these, the most first, else none.
+const ROOMS_M: [f64; 2] = [0.05, 0.025];
+
+/// A plan that takes over from another one in motion may begin with a curvature that the wheels reach within this time,
+/// s: the interval of a plan's points.
+const STEERED_IN_MOTION_S: f64 = 0.1;
+
+/// Wheels that need no longer than this (s) need not turn.
+const TURNED_S: f64 = 1e-3;
+
+/// Interval of points while the wheels turn, s.
+const TURNING_INTERVAL_S: f64 = 0.1;
 
 /// Solves planning problems.
 pub trait ProblemPlanner {
@@ -56,7 +69,7 @@ impl<P: ProblemPlanner> Optimizer<P> {
             return Ok(Outcome::Skipped);
         }
         let moves = start.speed_mps.abs() >= REST_SPEED_MPS;
-        let problem = Problem {
+        let mut problem = Problem {
             vehicle: self.vehicle,
             limits: self.limits,
             bounds: region.bounds,
@@ -66,12 +79,84 @@ impl<P: ProblemPlanner> Optimizer<P> {
             start_acceleration_mps2: if moves { start.acceleration_mps2 } else { 0.0 },
             goal: region.goal,
         };
-        let plan = self.planner.plan(&problem, cancelled)?;
+        let plan = self.plan_with_room(&mut problem, cancelled)?;
         if cancelled() {
             return Err(PlanFailure::Cancelled);
         }
+        let turn_s = self.turning_time_s(at.curvature, &plan);
+        if moves && turn_s > STEERED_IN_MOTION_S {
+            // What it was to continue is better driven on.
+            return Ok(Outcome::Skipped);
+        }
+        let plan = if moves { plan } else { after_turning(plan, at.curvature, turn_s, &self.vehicle) };
         in_map(region, plan).map(Outcome::Planned)
     }
+
+    /// Plans for a vehicle that is larger than it is, so that one that does not keep to the plan to the centimetre
+    /// touches nothing; with less room where there is not so much.
+    fn plan_with_room(
+        &mut self,
+        problem: &mut Problem,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<Trajectory, PlanFailure> {
+        for room_m in ROOMS_M {
+            problem.vehicle = larger(&self.vehicle, room_m);
+            match self.planner.plan(problem, cancelled) {
+                Err(PlanFailure::Search { .. }) => {}
+                planned => return planned,
+            }
+        }
+        problem.vehicle = self.vehicle;
+        self.planner.plan(problem, cancelled)
+    }
+
+    /// How long the wheels take from the curvature at the start to the one that the plan begins with, s.
+    fn turning_time_s(&self, curvature: f64, plan: &Trajectory) -> f64 {
+        let steer = |curvature| self.vehicle.steering_angle_from_curvature(curvature);
+        let first = plan.points.first().map_or(curvature, |point| point.curvature);
+        (steer(first) - steer(curvature)).abs() / self.limits.max_steer_rate_rps
+    }
+}
+
+/// The vehicle with room around it. Its wheels are where they are.
+fn larger(vehicle: &VehicleInfo, room_m: f64) -> VehicleInfo {
+    let d = *vehicle.dimensions();
+    let larger = VehicleInfo::new(VehicleDimensions {
+        front_overhang_m: d.front_overhang_m + room_m,
+        rear_overhang_m: d.rear_overhang_m + room_m,
+        left_overhang_m: d.left_overhang_m + room_m,
+        right_overhang_m: d.right_overhang_m + room_m,
+        ..d
+    });
+    // Sane dimensions do not become insane by some centimetres.
+    larger.unwrap_or(*vehicle)
+}
+
+/// The plan after as long a stand as the wheels take to turn: it begins with whatever curvature its path has.
+fn after_turning(mut plan: Trajectory, curvature: f64, turn_s: f64, vehicle: &VehicleInfo) -> Trajectory {
+    let Some(&first) = plan.points.first().filter(|_| turn_s > TURNED_S) else { return plan };
+    let (from, to) = (
+        vehicle.steering_angle_from_curvature(curvature),
+        vehicle.steering_angle_from_curvature(first.curvature),
+    );
+    let steps = (turn_s / TURNING_INTERVAL_S).ceil();
+    let turning = |step: f64| {
+        let steer_rad = from + (to - from) * step / steps;
+        TrajectoryPoint {
+            time_s: turn_s * step / steps,
+            curvature: vehicle.curvature_from_steering_angle(steer_rad),
+            steer_rad,
+            speed_mps: 0.0,
+            acceleration_mps2: 0.0,
+            ..first
+        }
+    };
+    for point in &mut plan.points {
+        point.time_s += turn_s;
+    }
+    let mut points: Vec<TrajectoryPoint> = (0..steps as u32).map(|step| turning(f64::from(step))).collect();
+    points.append(&mut plan.points);
+    Trajectory { points }
 }
 
 fn in_map(region: &Region, mut plan: Trajectory) -> Result<DiscretizedTrajectory, PlanFailure> {
@@ -134,7 +219,6 @@ mod tests {
     use super::*;
     use crate::pose::Gear;
     use crate::stitcher::{DiscretizedPoint, PathPoint};
-    use crate::trajectory::TrajectoryPoint;
 
     /// Answers with a straight line to the goal and keeps the problem.
     #[derive(Default)]
@@ -167,7 +251,11 @@ mod tests {
             obstacles: vec![vec![Point2::new(0.0, 9.0), Point2::new(5.0, 9.0)]],
         };
         let start = DiscretizedPoint {
-            path_point: Some(PathPoint { pose: PlanarPose::new(100.0, 50.0, 2.0), ..PathPoint::default() }),
+            path_point: Some(PathPoint {
+                pose: PlanarPose::new(100.0, 50.0, 2.0),
+                curvature: 0.125,
+                ..PathPoint::default()
+            }),
             speed_mps: 0.5,
             acceleration_mps2: -0.25,
             relative_time_s: 0.1,
@@ -199,6 +287,41 @@ mod tests {
         assert_eq!((end.curvature, plan.points[1].steer_rad), (0.125, 0.25));
     }
 
+    /// Finds a way for vehicles that are not too wide, and keeps how wide those were that it was asked for.
+    struct Narrow {
+        widest_m: f64,
+        asked_m: Vec<f64>,
+    }
+
+    impl ProblemPlanner for Narrow {
+        fn plan(
+            &mut self,
+            problem: &Problem,
+            cancelled: &dyn Fn() -> bool,
+        ) -> Result<Trajectory, PlanFailure> {
+            let width_m = problem.vehicle.vehicle_width_m();
+            self.asked_m.push(width_m);
+            if width_m > self.widest_m {
+                return Err(PlanFailure::Search { why: "too narrow".to_owned() });
+            }
+            Straight::default().plan(problem, cancelled)
+        }
+    }
+
+    #[test]
+    fn as_much_room_is_kept_as_can_be_had() {
+        let width_m = VehicleInfo::default().vehicle_width_m();
+        for (to_spare_m, tries) in [(0.11, 1), (0.06, 2), (0.01, 3), (-0.01, 3)] {
+            let planner = Narrow { widest_m: width_m + to_spare_m, asked_m: Vec::new() };
+            let mut optimizer = Optimizer::new(planner, VehicleInfo::default(), Limits::default(), 0.1);
+            assert_eq!(optimizer.plan(&job(), &|| false).is_ok(), to_spare_m > 0.0);
+            let wanted: Vec<_> = [0.1, 0.05, 0.0].iter().take(tries).map(|room| width_m + room).collect();
+            let asked = &optimizer.planner.asked_m;
+            assert_eq!(asked.len(), tries, "{to_spare_m} m");
+            assert!(asked.iter().zip(&wanted).all(|(asked, wanted)| (asked - wanted).abs() < 1e-9));
+        }
+    }
+
     #[test]
     fn a_vehicle_held_by_its_brake_starts_at_rest() {
         let mut held = job();
@@ -214,13 +337,57 @@ mod tests {
         for (distance_m, skipped) in [(0.099, true), (0.1001, false)] {
             let mut job = job();
             let goal = job.region.goal_in_map();
-            job.stitching.points[0].path_point = Some(PathPoint {
-                pose: PlanarPose::new(goal.x + distance_m, goal.y, goal.yaw + 3.0),
-                ..PathPoint::default()
-            });
+            let at = job.stitching.points[0].path_point.as_mut().unwrap();
+            at.pose = PlanarPose::new(goal.x + distance_m, goal.y, goal.yaw + 3.0);
             let outcome = optimizer().plan(&job, &|| false).unwrap();
             assert_eq!(outcome == Outcome::Skipped, skipped, "{distance_m} m");
         }
+    }
+
+    fn started(speed_mps: f64, curvature: f64) -> Outcome {
+        let mut job = job();
+        job.stitching.points[0].speed_mps = speed_mps;
+        job.stitching.points[0].path_point.as_mut().unwrap().curvature = curvature;
+        optimizer().plan(&job, &|| false).unwrap()
+    }
+
+    /// The plan begins with a curvature of 0.125 1/m.
+    #[test]
+    fn in_motion_no_plan_takes_over_that_would_jerk_the_wheels() {
+        let vehicle = VehicleInfo::default();
+        let (rate_rps, to) =
+            (Limits::default().max_steer_rate_rps, vehicle.steering_angle_from_curvature(0.125));
+        for (turn_s, taken) in [(0.0, true), (0.099, true), (0.101, false), (-0.101, false)] {
+            let curvature = vehicle.curvature_from_steering_angle(to - rate_rps * turn_s);
+            let outcome = started(0.5, curvature);
+            assert_eq!(outcome != Outcome::Skipped, taken, "{turn_s} s");
+        }
+    }
+
+    #[test]
+    fn at_rest_a_plan_begins_when_the_wheels_have_turned() {
+        let Outcome::Planned(plan) = started(0.0, -0.125) else { panic!("skipped") };
+        let vehicle = VehicleInfo::default();
+        let turn_s =
+            2.0 * vehicle.steering_angle_from_curvature(0.125) / Limits::default().max_steer_rate_rps;
+        let first = plan.points[0];
+        assert_eq!((first.relative_time_s, first.speed_mps), (0.0, 0.0));
+        assert!((first.path_point.unwrap().curvature + 0.125).abs() < 1e-12);
+        let rate_rps = Limits::default().max_steer_rate_rps;
+        let turning = plan.points.len() - 2;
+        for pair in plan.points[..turning].windows(2) {
+            let dt_s = pair[1].relative_time_s - pair[0].relative_time_s;
+            assert!(
+                dt_s <= 0.1 + 1e-12
+                    && (pair[1].steer_rad - pair[0].steer_rad).abs() / dt_s <= rate_rps + 1e-9
+            );
+            assert_eq!(
+                (pair[1].speed_mps, pair[1].path_point.unwrap().pose),
+                (0.0, first.path_point.unwrap().pose)
+            );
+        }
+        assert!((plan.points[turning].relative_time_s - turn_s).abs() < 1e-12);
+        assert!((plan.points[turning + 1].relative_time_s - turn_s - 1.0).abs() < 1e-12);
     }
 
     #[test]

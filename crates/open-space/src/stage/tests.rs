@@ -180,11 +180,25 @@ fn at_the_end_of_the_plan_the_vehicle_stands() {
     let (mut stage, _) = stage(1);
     step(&mut stage, 0.0, at(0.0, 0.0, 0.0), false);
     step(&mut stage, 0.1, at(3.0, 0.0, 1.0), false);
-    for now_s in [0.2, 0.3] {
+    for now_s in [9.0, 9.1] {
         let end = step(&mut stage, now_s, at(3.95, 0.0, 0.05), false);
         assert!(matches!(end.command, Command::Stop(Some(_))), "{:?}", end.command);
         assert_eq!((end.provision.status, end.lost), (Status::Waiting, None));
     }
+}
+
+/// The goal is 20 m away, the plan ends after 4 m: whoever stands there has not arrived.
+#[test]
+fn where_a_plan_has_ended_short_of_the_goal_planning_begins_anew() {
+    let (mut stage, worker) = stage(1);
+    step(&mut stage, 0.0, at(0.0, 0.0, 0.0), false);
+    step(&mut stage, 0.1, at(3.0, 0.0, 1.0), false);
+    step(&mut stage, 9.0, at(3.95, 0.0, 0.0), false);
+    assert!(step(&mut stage, 9.1, at(3.95, 0.0, 0.0), false).provision.restarted);
+    assert_eq!(worker.0.lock().unwrap().jobs.last().unwrap().stitching.points.len(), 1);
+    worker.0.lock().unwrap().plans_left = 1;
+    let Command::Follow(part) = step(&mut stage, 9.2, at(3.95, 0.0, 0.0), false).command else { panic!() };
+    assert_eq!(part.trajectory.points[0].path_point.unwrap().pose.x, 3.95);
 }
 
 #[test]
