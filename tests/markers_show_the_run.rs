@@ -90,3 +90,37 @@ fn a_replay_draws_only_when_asked_and_draws_the_same_then() {
         ["demo/demo.mcap", "again/demo.mcap"].map(|name| std::fs::read(path(name)).unwrap());
     assert!(first == second, "the same run draws the same");
 }
+
+/// Every topic that a text names, in the order of the text.
+fn topics_named(layout: &serde_json::Value, found: &mut BTreeSet<String>) {
+    match layout {
+        serde_json::Value::Object(entries) => entries.iter().for_each(|(key, value)| {
+            found.extend(key.starts_with('/').then(|| key.clone()));
+            topics_named(value, found);
+        }),
+        serde_json::Value::Array(items) => items.iter().for_each(|item| topics_named(item, found)),
+        serde_json::Value::String(text) if text.starts_with('/') => {
+            found.insert(text.trim_end_matches(".data").to_owned());
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn the_foxglove_layout_shows_topics_that_the_demo_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = run(&["demo", "--output", folder.path().to_str().unwrap()]);
+    assert_eq!(ran.exit_code, 0, "{}", ran.stderr);
+    let recorded = read(&folder.path().join("demo.mcap"));
+    let written: BTreeSet<&str> = recorded.iter().map(|(topic, ..)| topic.as_str()).collect();
+    let layout = serde_json::from_str(include_str!("../docs/foxglove-layout.json")).unwrap();
+    let mut named = BTreeSet::new();
+    topics_named(&layout, &mut named);
+    assert!(named.len() > 10, "{named:?}");
+    for topic in &named {
+        assert!(written.contains(topic.as_str()), "{topic} is not in the demo's recording");
+    }
+    for topic in written.iter().filter(|topic| topic.contains("/markers/")) {
+        assert!(named.contains(*topic), "{topic} is not in the layout");
+    }
+}
