@@ -28,7 +28,11 @@ use crate::tolerance::{END_M, END_RAD};
 use attempt::Costs;
 pub use parameters::SearchParameters;
 pub use path::{CoarsePath, GearPart};
-use portfolio::Portfolio;
+use portfolio::{Found, Portfolio};
+use shortcut::Shortcuts;
+
+/// A path that keeps less room is taken when it is cheaper by this, m.
+const TIGHTER_WORTH_M: f64 = 1.0;
 
 /// Why the caller wants a search to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,22 +137,24 @@ impl<'a> Search<'a> {
     /// obstacles `checker` was made from.
     ///
     /// # Errors
-    /// Input that no path can be searched for.
+    /// Input that no path can be searched for, an interruption.
     pub fn prepare(
         problem: &'a Problem,
         checker: &'a CollisionChecker,
         parameters: &'a SearchParameters,
+        interruption: &mut dyn FnMut() -> Option<Interruption>,
     ) -> Result<Self, SearchError> {
         if let Some(wrong) = out_of_range(parameters).into_iter().next() {
             return Err(wrong.into());
         }
         check_end(checker, End::Start, problem.start)?;
         check_end(checker, End::Goal, problem.goal)?;
-        let grid = |target: PlanarPose| {
+        let mut grid = |target: PlanarPose| {
+            go_on(interruption, 0)?;
             let (resolution_m, radius_m) = (parameters.grid_a_star_xy_resolution, parameters.node_radius);
-            GridHeuristic::new(checker, target.point(), resolution_m, radius_m)
+            Ok::<_, SearchError>(GridHeuristic::new(checker, target.point(), resolution_m, radius_m))
         };
-        let (to_goal, to_start) = (grid(problem.goal), grid(problem.start));
+        let (to_goal, to_start) = (grid(problem.goal)?, grid(problem.start)?);
         Ok(Self { problem, checker, parameters, to_goal, to_start })
     }
 
@@ -172,20 +178,35 @@ impl<'a> Search<'a> {
         let mut portfolio = Portfolio::new(problem, checker, (&self.to_goal, &self.to_start), parameters);
         let found = portfolio.run(interruption)?;
         let costs = Costs::of(parameters);
-        let arcs = shortcut::shortened(
-            checker,
-            &problem.start,
-            &found.arcs,
-            &costs,
-            found.max_curvature,
-            found.inflation_m,
-        );
+        let mut shortcuts = Shortcuts { checker, start: &problem.start, costs: &costs, interruption };
+        let mut best = shortcuts.shorten(&found);
+        // Room and curvature that the search set aside are worth it where they spare a detour.
+        let tighter = shortcuts.shorten(&Found {
+            arcs: best.arcs.clone(),
+            inflation_m: portfolio.less_inflation_m().min(best.inflation_m),
+            max_curvature: problem.vehicle.max_curvature(),
+        });
+        if costs.path(&tighter.arcs) + TIGHTER_WORTH_M < costs.path(&best.arcs) {
+            best = tighter;
+        }
         Ok(CoarsePath {
-            parts: path::parts(&problem.start, &problem.goal, &arcs, parameters.pose_spacing),
-            cost_m: costs.path(&arcs),
-            inflation_m: found.inflation_m,
+            parts: path::parts(&problem.start, &problem.goal, &best.arcs, parameters.pose_spacing),
+            cost_m: costs.path(&best.arcs),
+            inflation_m: best.inflation_m,
             expansions: portfolio.expansions(),
         })
+    }
+}
+
+/// An error where the caller wants no more.
+fn go_on(
+    interruption: &mut dyn FnMut() -> Option<Interruption>,
+    expansions: usize,
+) -> Result<(), SearchError> {
+    match interruption() {
+        Some(Interruption::Cancelled) => Err(SearchError::Cancelled { expansions }),
+        Some(Interruption::OutOfTime) => Err(SearchError::OutOfTime { expansions }),
+        None => Ok(()),
     }
 }
 

@@ -169,7 +169,8 @@ impl Planner {
         check_input(problem)?;
         supervisor.begin(Step::Heuristic);
         let checker = CollisionChecker::new(problem)?;
-        let search = Search::prepare(problem, &checker, &self.parameters.search)?;
+        let search =
+            Search::prepare(problem, &checker, &self.parameters.search, &mut || supervisor.interruption())?;
         supervisor.begin(Step::Search);
         let coarse = search.run(&mut || supervisor.interruption())?;
         self.refine(problem, &checker, &coarse, supervisor)

@@ -1,7 +1,7 @@
 //! Several searches of one problem that take turns until one has a path.
 
 use super::attempt::{Attempt, Costs, Plan, Progress};
-use super::{Interruption, SearchError, SearchParameters};
+use super::{Interruption, SearchError, SearchParameters, go_on};
 use crate::arc::Arc;
 use crate::collision::CollisionChecker;
 use crate::grid_heuristic::GridHeuristic;
@@ -82,8 +82,8 @@ impl<'a> Portfolio<'a> {
             // What resists gets less inflation to try, then eyes for where something blocks the way.
             match round {
                 0 => self.add(0, 0),
-                LESS_ROUND => self.add(0, LESS_MARGIN.min(self.inflations_m.len() - 1)),
-                CONTACT_ROUND => self.add(1, LESS_MARGIN.min(self.inflations_m.len() - 1)),
+                LESS_ROUND => self.add(0, self.less_margin()),
+                CONTACT_ROUND => self.add(1, self.less_margin()),
                 _ => {}
             }
             let mut at = 0;
@@ -104,6 +104,15 @@ impl<'a> Portfolio<'a> {
             turn *= 2;
         }
         Err(SearchError::Exhausted { expansions: self.expansions() })
+    }
+
+    fn less_margin(&self) -> usize {
+        LESS_MARGIN.min(self.inflations_m.len() - 1)
+    }
+
+    /// What searches with less inflation keep, m.
+    pub(super) fn less_inflation_m(&self) -> f64 {
+        self.inflations_m[self.less_margin()]
     }
 
     /// Adds the searches from both ends on the lattices of `level`.
@@ -183,11 +192,7 @@ impl<'a> Portfolio<'a> {
         let mut rest = expansions;
         while rest > 0 && self.members[at].progress == Progress::Open {
             let expansions = self.expansions();
-            match interruption() {
-                Some(Interruption::Cancelled) => return Err(SearchError::Cancelled { expansions }),
-                Some(Interruption::OutOfTime) => return Err(SearchError::OutOfTime { expansions }),
-                None => {}
-            }
+            go_on(interruption, expansions)?;
             let left = (self.parameters.max_expansions as usize).saturating_sub(expansions);
             if left == 0 {
                 return Err(SearchError::OutOfExpansions { expansions });

@@ -4,9 +4,11 @@
 //! The lattice of the search turns at its own steps; here the choice is over all pairs of poses along the path at
 //! once, by dynamic programming, so the result is never dearer than the path was.
 
+use super::Interruption;
 use super::attempt::Costs;
 use super::motion_check::word_is_free;
 use super::path::merged;
+use super::portfolio::Found;
 use crate::arc::Arc;
 use crate::collision::CollisionChecker;
 use crate::pose::{Gear, PlanarPose};
@@ -30,99 +32,107 @@ struct Way {
     arcs: Vec<Arc>,
 }
 
-/// A path over `arcs` from `start` that costs no more; free wherever the given one was.
-pub(super) fn shortened(
-    checker: &CollisionChecker,
-    start: &PlanarPose,
-    arcs: &[Arc],
-    costs: &Costs,
-    max_curvature: f64,
-    inflation_m: f64,
-) -> Vec<Arc> {
-    let mut best = merged(arcs);
-    for _ in 0..PASSES {
-        let before = costs.path(&best);
-        let next = merged(&pass(checker, start, &best, costs, max_curvature, inflation_m));
-        let gain = before - costs.path(&next);
-        if gain > 0.0 {
-            best = next;
+/// What paths are shortened with.
+pub(super) struct Shortcuts<'a> {
+    pub(super) checker: &'a CollisionChecker,
+    /// Where the paths begin.
+    pub(super) start: &'a PlanarPose,
+    pub(super) costs: &'a Costs,
+    /// Asked for each pose; any answer ends it with what there is.
+    pub(super) interruption: &'a mut dyn FnMut() -> Option<Interruption>,
+}
+
+impl Shortcuts<'_> {
+    /// A path that costs no more and keeps the same room; the same where it cannot be driven in it.
+    pub(super) fn shorten(&mut self, found: &Found) -> Found {
+        let mut best = Found { arcs: merged(&found.arcs), ..*found };
+        for _ in 0..PASSES {
+            let before = self.costs.path(&best.arcs);
+            let Some(arcs) = self.pass(&best) else { break };
+            let arcs = merged(&arcs);
+            let gain = before - self.costs.path(&arcs);
+            if gain > 0.0 {
+                best.arcs = arcs;
+            }
+            if gain < GAIN_M {
+                break;
+            }
         }
-        if gain < GAIN_M {
-            break;
-        }
+        best
     }
-    best
+
+    /// The cheapest chain of words and pieces of the path; none when interrupted.
+    fn pass(&mut self, path: &Found) -> Option<Vec<Arc>> {
+        let costs = self.costs;
+        let pieces = pieces(&path.arcs);
+        let mut knots = vec![*self.start];
+        for piece in &pieces {
+            knots.push(piece.end(&knots[knots.len() - 1]));
+        }
+        let mut ways: Vec<[Option<Way>; 2]> = vec![const { [None, None] }; knots.len()];
+        for from in 0..knots.len() - 1 {
+            if (self.interruption)().is_some() {
+                return None;
+            }
+            let arrivals: Vec<(Option<Gear>, f64, usize)> = if from == 0 {
+                vec![(None, 0.0, 0)]
+            } else {
+                GEARS
+                    .into_iter()
+                    .filter_map(|gear| {
+                        Some((Some(gear), ways[from][index(gear)].as_ref()?.cost, index(gear)))
+                    })
+                    .collect()
+            };
+            let first =
+                |gear: Gear| if from == 0 && gear == Gear::Reverse { costs.reverse_start_m } else { 0.0 };
+            // What a motion that begins in a gear costs up to its beginning.
+            let entry = |gear: Gear| {
+                let mut best = (f64::INFINITY, 0);
+                for &(last, cost, at) in &arrivals {
+                    let cost = cost + costs.change(last, gear) + first(gear);
+                    if cost < best.0 {
+                        best = (cost, at);
+                    }
+                }
+                best
+            };
+            let entries = GEARS.map(entry);
+            let along = pieces[from];
+            let (cost, at) = entries[index(along.gear())];
+            offer(&mut ways[from + 1], along.gear(), cost + costs.arc(&along), (from, at), &[along]);
+            for to in from + 1..knots.len() {
+                let words = Words::between(&knots[from], &knots[to], path.max_curvature);
+                let cost = |word: &crate::reeds_shepp::Word| {
+                    word.gears()
+                        .map_or(f64::INFINITY, |(gear, _)| entries[index(gear)].0 + costs.word(word, None))
+                };
+                for (cost, word) in words.by_cost(cost) {
+                    let Some((begins, ends)) = word.gears() else { continue };
+                    let known =
+                        |gear: Gear| ways[to][index(gear)].as_ref().map_or(f64::INFINITY, |way| way.cost);
+                    // A way that arrives in the other gear is worth at most a change of gear.
+                    if cost >= known(Gear::Forward).max(known(Gear::Reverse)) {
+                        break;
+                    }
+                    if cost < known(ends) - 1e-9
+                        && cost < known(ends.reversed()) + costs.gear_change_m
+                        && word_is_free(self.checker, &knots[from], &word, path.inflation_m)
+                    {
+                        offer(&mut ways[to], ends, cost, (from, entries[index(begins)].1), word.arcs());
+                        break;
+                    }
+                }
+            }
+        }
+        Some(trace(&ways))
+    }
 }
 
 const GEARS: [Gear; 2] = [Gear::Forward, Gear::Reverse];
 
 fn index(gear: Gear) -> usize {
     usize::from(gear == Gear::Reverse)
-}
-
-fn pass(
-    checker: &CollisionChecker,
-    start: &PlanarPose,
-    arcs: &[Arc],
-    costs: &Costs,
-    max_curvature: f64,
-    inflation_m: f64,
-) -> Vec<Arc> {
-    let pieces = pieces(arcs);
-    let mut knots = vec![*start];
-    for piece in &pieces {
-        knots.push(piece.end(&knots[knots.len() - 1]));
-    }
-    let mut ways: Vec<[Option<Way>; 2]> = vec![const { [None, None] }; knots.len()];
-    for from in 0..knots.len() - 1 {
-        let arrivals: Vec<(Option<Gear>, f64, usize)> = if from == 0 {
-            vec![(None, 0.0, 0)]
-        } else {
-            GEARS
-                .into_iter()
-                .filter_map(|gear| Some((Some(gear), ways[from][index(gear)].as_ref()?.cost, index(gear))))
-                .collect()
-        };
-        let first = |gear: Gear| if from == 0 && gear == Gear::Reverse { costs.reverse_start_m } else { 0.0 };
-        // What a motion that begins in a gear costs up to its beginning.
-        let entry = |gear: Gear| {
-            let mut best = (f64::INFINITY, 0);
-            for &(last, cost, at) in &arrivals {
-                let cost = cost + costs.change(last, gear) + first(gear);
-                if cost < best.0 {
-                    best = (cost, at);
-                }
-            }
-            best
-        };
-        let entries = GEARS.map(entry);
-        let along = pieces[from];
-        let (cost, at) = entries[index(along.gear())];
-        offer(&mut ways[from + 1], along.gear(), cost + costs.arc(&along), (from, at), &[along]);
-        for to in from + 1..knots.len() {
-            let words = Words::between(&knots[from], &knots[to], max_curvature);
-            let cost = |word: &crate::reeds_shepp::Word| {
-                word.gears()
-                    .map_or(f64::INFINITY, |(gear, _)| entries[index(gear)].0 + costs.word(word, None))
-            };
-            for (cost, word) in words.by_cost(cost) {
-                let Some((begins, ends)) = word.gears() else { continue };
-                let known = |gear: Gear| ways[to][index(gear)].as_ref().map_or(f64::INFINITY, |way| way.cost);
-                // A way that arrives in the other gear is worth at most a change of gear.
-                if cost >= known(Gear::Forward).max(known(Gear::Reverse)) {
-                    break;
-                }
-                if cost < known(ends) - 1e-9
-                    && cost < known(ends.reversed()) + costs.gear_change_m
-                    && word_is_free(checker, &knots[from], &word, inflation_m)
-                {
-                    offer(&mut ways[to], ends, cost, (from, entries[index(begins)].1), word.arcs());
-                    break;
-                }
-            }
-        }
-    }
-    trace(&ways)
 }
 
 fn offer(ways: &mut [Option<Way>; 2], gear: Gear, cost: f64, from: (usize, usize), arcs: &[Arc]) {

@@ -45,7 +45,7 @@ fn stall(start: PlanarPose) -> Problem {
 
 fn run(problem: &Problem, parameters: &SearchParameters) -> Result<CoarsePath, SearchError> {
     let checker = CollisionChecker::new(problem).unwrap();
-    Search::prepare(problem, &checker, parameters)?.run(&mut || None)
+    Search::prepare(problem, &checker, parameters, &mut || None)?.run(&mut || None)
 }
 
 /// As the regression figures were calculated: full steering, exact footprint.
@@ -175,7 +175,7 @@ fn the_caller_can_interrupt() {
     let parameters = SearchParameters::default();
     for (cause, cancelled) in [(Interruption::Cancelled, true), (Interruption::OutOfTime, false)] {
         let mut questions = 0;
-        let search = Search::prepare(&tight, &checker, &parameters).unwrap();
+        let search = Search::prepare(&tight, &checker, &parameters, &mut || None).unwrap();
         let error = search
             .run(&mut || {
                 questions += 1;
