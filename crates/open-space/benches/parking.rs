@@ -3,12 +3,12 @@
 //! Times are processor time of the planning thread, ms. Every plan is judged by code of its own; a fault is printed and
 //! ends the program with an error.
 //!
-//! Run: `cargo bench -p open-space --bench parking -- [--known | --generated N] [--expansions N] [--seed N] [WORD...]`
+//! Run: `cargo bench -p open-space --bench parking -- [--known | --generated N] [--seed N] [--set GROUP.NAME=NUMBER] [WORD...]`
 //!
 //! * nothing: the scenes of the shared data; words pick those whose names contain all of them
 //! * `--known`: their best known paths are refined, nothing is searched
 //! * `--generated N`: N scenes of each kind from the generator instead
-//! * `--expansions N`: with another budget of the search
+//! * `--set search.clearance=0.05`: with another value of a parameter
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -27,6 +27,7 @@ use open_space::planner::{OpenSpaceParameters, Plan, PlanError, Planner, Stage, 
 use open_space::{CollisionChecker, Interruption};
 use rustix::time::{ClockId, clock_gettime};
 use scenes::{Scene, scenes};
+use serde_json::Value;
 
 const STEPS: [(Step, &str); 5] = [
     (Step::Heuristic, "heur"),
@@ -41,25 +42,39 @@ fn now() -> Duration {
     clock_gettime(ClockId::ThreadCPUTime).try_into().unwrap()
 }
 
-/// Notes when each step begins.
-#[derive(Default)]
-struct Stopwatch(Vec<(Step, Duration)>);
+/// Notes when each step begins, and how long an interruption would have to wait.
+struct Stopwatch {
+    steps: Vec<(Step, Duration)>,
+    asked: Duration,
+    longest_wait: Duration,
+}
 
 impl Supervisor for Stopwatch {
     fn interruption(&mut self) -> Option<Interruption> {
+        self.note();
         None
     }
 
     fn begin(&mut self, step: Step) {
-        self.0.push((step, now()));
+        self.steps.push((step, now()));
     }
 }
 
 impl Stopwatch {
+    fn new() -> Self {
+        Self { steps: Vec::new(), asked: now(), longest_wait: Duration::ZERO }
+    }
+
+    fn note(&mut self) {
+        let now = now();
+        self.longest_wait = self.longest_wait.max(now - self.asked);
+        self.asked = now;
+    }
+
     /// Time spent in `step`, ms, when all ended at `end`.
     fn spent_ms(&self, step: Step, end: Duration) -> f64 {
-        let ends = self.0.iter().skip(1).map(|(_, at)| *at).chain([end]);
-        let spent = self.0.iter().zip(ends).filter(|((s, _), _)| *s == step);
+        let ends = self.steps.iter().skip(1).map(|(_, at)| *at).chain([end]);
+        let spent = self.steps.iter().zip(ends).filter(|((s, _), _)| *s == step);
         spent.map(|((_, begin), end)| end - *begin).sum::<Duration>().as_secs_f64() * 1e3
     }
 }
@@ -69,7 +84,7 @@ impl Stopwatch {
 struct Wishes {
     known: bool,
     generated: Option<u32>,
-    expansions: Option<u32>,
+    changes: Vec<(String, String, Value)>,
     seed: u64,
     words: Vec<String>,
 }
@@ -79,11 +94,14 @@ impl Wishes {
         let mut wishes = Self { seed: 1, ..Self::default() };
         let mut arguments = std::env::args().skip(1).filter(|word| word != "--bench");
         while let Some(word) = arguments.next() {
+            if word == "--set" {
+                wishes.changes.push(change(&arguments.next().expect("GROUP.NAME=NUMBER")));
+                continue;
+            }
             let mut number = || arguments.next().and_then(|word| word.parse().ok()).expect("a number");
             match word.as_str() {
                 "--known" => wishes.known = true,
                 "--generated" => wishes.generated = Some(number()),
-                "--expansions" => wishes.expansions = Some(number()),
                 "--seed" => wishes.seed = u64::from(number()),
                 _ => wishes.words.push(word),
             }
@@ -102,16 +120,29 @@ impl Wishes {
         all
     }
 
+    fn parameters(&self) -> OpenSpaceParameters {
+        let mut values = serde_json::to_value(OpenSpaceParameters::default()).unwrap();
+        for (group, name, value) in &self.changes {
+            values[group][name] = value.clone();
+        }
+        serde_json::from_value(values).unwrap()
+    }
+
     fn plan(&self, scene: &Scene, stopwatch: &mut Stopwatch) -> Option<Result<Plan, PlanError>> {
-        let mut parameters = OpenSpaceParameters::default();
-        parameters.search.max_expansions = self.expansions.unwrap_or(parameters.search.max_expansions);
-        let planner = Planner::new(parameters);
+        let planner = Planner::new(self.parameters());
         if !self.known {
             return Some(planner.plan(&scene.problem, stopwatch));
         }
         let checker = CollisionChecker::new(&scene.problem).unwrap();
         scene.best.as_ref().map(|best| planner.refine(&scene.problem, &checker, best, stopwatch))
     }
+}
+
+/// `GROUP.NAME=NUMBER`.
+fn change(word: &str) -> (String, String, Value) {
+    let (name, value) = word.split_once('=').unwrap();
+    let (group, name) = name.split_once('.').unwrap();
+    (group.to_owned(), name.to_owned(), value.parse().unwrap())
 }
 
 /// Figures of one quantity over all scenes.
@@ -145,6 +176,7 @@ struct Summary {
     best_efforts: usize,
     steps_ms: [Series; 5],
     total_ms: Series,
+    waits_ms: Series,
     ratios: Series,
     durations_s: Series,
     clearances_m: Series,
@@ -164,6 +196,7 @@ impl Summary {
             series.0.push(ms);
         }
         self.total_ms.0.push(spent.iter().sum());
+        self.waits_ms.0.push(stopwatch.longest_wait.as_secs_f64() * 1e3);
         let known_m = scene.best.as_ref().map(open_space::CoarsePath::length_m);
         let known_changes = scene.best.as_ref().map_or(0, open_space::CoarsePath::gear_changes);
         print!("{:<26} {:>7.2} {known_changes:>3} ", scene.name, known_m.unwrap_or(f64::NAN));
@@ -202,6 +235,7 @@ impl Summary {
             series.print(&format!("{name}, ms"));
         }
         self.total_ms.print("whole plan, ms");
+        self.waits_ms.print("longest deafness, ms");
         self.ratios.print("length over best known");
         self.durations_s.print("time of driving, s");
         println!(
@@ -228,9 +262,11 @@ fn main() -> ExitCode {
         "scene                        known  gc    plan  gc time s room m stops   nodes    heur  search  smooth   speed   check"
     );
     for scene in wishes.scenes() {
-        let mut stopwatch = Stopwatch::default();
+        let mut stopwatch = Stopwatch::new();
         if let Some(plan) = wishes.plan(&scene, &mut stopwatch) {
-            summary.add(&scene, &plan, &stopwatch, now());
+            let end = now();
+            stopwatch.note();
+            summary.add(&scene, &plan, &stopwatch, end);
         }
     }
     summary.print();
