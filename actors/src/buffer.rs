@@ -3,6 +3,7 @@
 //! An anchor message is added first, then the scheduler is told; a backup message is only added.
 
 use crate::cycle::Trigger;
+use crate::lifeline::Lifeline;
 use crate::scheduler::{Scheduler, Triggered};
 use actix::{Actor, Addr, Context, Handler, Message, MessageResult};
 use crossbeam_channel::Sender;
@@ -17,11 +18,12 @@ use std::time::Instant;
 pub(crate) struct Buffer {
     concatenator: Concatenator,
     scheduler: Addr<Scheduler>,
+    _lifeline: Lifeline,
 }
 
 impl Buffer {
-    pub(crate) fn new(duration_time_s: f64, scheduler: Addr<Scheduler>) -> Self {
-        Self { concatenator: Concatenator::new(duration_time_s), scheduler }
+    pub(crate) fn new(duration_time_s: f64, scheduler: Addr<Scheduler>, lifeline: Lifeline) -> Self {
+        Self { concatenator: Concatenator::new(duration_time_s), scheduler, _lifeline: lifeline }
     }
 }
 

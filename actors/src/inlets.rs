@@ -55,6 +55,11 @@ pub(crate) struct SensorSlots {
 }
 
 impl SensorSlots {
+    #[cfg(test)]
+    pub(crate) fn put_odometry(&self, odometry: Odometry) {
+        self.odometry.put(Arc::new(odometry));
+    }
+
     /// Brings the scene up to date.
     pub(crate) fn take_into(&self, scene: &mut Scene) {
         self.odometry.take_into(&mut scene.odometry);

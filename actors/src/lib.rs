@@ -16,6 +16,9 @@ pub mod buffer;
 pub mod clock;
 pub mod cycle;
 pub mod inlets;
+#[cfg(test)]
+mod interleavings;
+mod lifeline;
 mod map_decoder;
 pub mod provider;
 pub mod publisher;

@@ -4,10 +4,12 @@
 //! never delays an anchor; and only one map waits, so that a planner that sends maps without end costs one thread and
 //! two maps.
 
+use crate::lifeline::Lifeline;
 use crate::sensors::{MapDecoded, Sensors};
 use actix::Addr;
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded};
 use messages::autoware_map_msgs::LaneletMapBin;
+use selection::panics::caught;
 use std::io;
 use std::sync::Arc;
 use std::time::Instant;
@@ -34,10 +36,11 @@ impl MapDecoder {
     ///
     /// # Errors
     /// The operating system gives none.
-    pub(crate) fn start() -> io::Result<Self> {
+    pub(crate) fn start(lifeline: Lifeline) -> io::Result<Self> {
         let (jobs, waiting) = bounded::<MapJob>(1);
         let queue = waiting.clone();
         std::thread::Builder::new().name("map-decoder".to_owned()).spawn(move || {
+            let _lifeline = lifeline;
             for job in queue {
                 let MapJob { number, message, sensors } = job;
                 sensors.do_send(decode(number, &message));
@@ -65,11 +68,11 @@ impl MapDecoder {
 fn decode(number: u64, message: &LaneletMapBin) -> MapDecoded {
     let started = Instant::now();
     // The decoder promises not to panic; a map must not take the thread down if it breaks that promise.
-    let outcome = std::panic::catch_unwind(|| lanelet_map::archive::decode(&message.data));
+    let outcome = caught(|| lanelet_map::archive::decode(&message.data));
     let map = match outcome {
         Ok(Ok(map)) => Ok(Arc::new(map)),
         Ok(Err(error)) => Err(error.to_string()),
-        Err(_) => Err("the decoder panicked".to_owned()),
+        Err(panic) => Err(format!("the decoder panicked: {panic}")),
     };
     let frame_id = Arc::from(message.header.frame_id.as_str());
     MapDecoded { number, map, frame_id, took: started.elapsed() }

@@ -2,7 +2,8 @@
 //!
 //! What it promises: a validated set is published only from a cycle in which every candidate in it was judged and
 //! accepted; a trajectory to drive only if it is in that set; every cycle, early-returned ones included, publishes
-//! diagnostics and its processing-time tree; the order of outputs within a cycle is fixed (`OutputTopic::all`).
+//! diagnostics and its processing-time tree; the order of outputs within a cycle is fixed (`OutputTopic::all`); a sink
+//! that fails or panics costs the message it was given, which is counted and reported, and the cycle ends all the same.
 
 mod diagnostics;
 mod ranking_log;
@@ -10,6 +11,7 @@ mod throttle;
 
 use crate::clock::Clock;
 use crate::cycle::{CycleReport, CycleTimes, Judged, Outcome};
+use crate::lifeline::Lifeline;
 use crate::scheduler::{CycleEnded, Scheduler};
 use crate::tally::Tally;
 use crate::time_tree::{ROOT, TimeTree, milliseconds};
@@ -20,6 +22,7 @@ use messages::autoware_internal_debug_msgs::{Float64Stamped, StringStamped};
 use messages::builtin_interfaces::Time;
 use selection::adapter::Selected;
 use selection::concatenator::Oddities;
+use selection::panics::caught;
 use std::fmt::Write;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -41,6 +44,17 @@ pub struct Publication {
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("an output cannot be written: {0}")]
 pub struct SinkError(pub Arc<dyn std::error::Error + Send + Sync>);
+
+/// A defect of the door out of the node.
+#[derive(Debug, thiserror::Error)]
+#[error("the sink panicked: {0}")]
+struct SinkPanicked(String);
+
+impl SinkError {
+    fn panicked(panic: String) -> Self {
+        Self(Arc::new(SinkPanicked(panic)))
+    }
+}
 
 /// The door out of the node.
 pub trait Sink: Send {
@@ -81,6 +95,7 @@ pub(crate) struct Publisher {
     throttle: Throttle,
     tally: Arc<Tally>,
     now: Time,
+    _lifeline: Lifeline,
 }
 
 impl std::fmt::Debug for Publisher {
@@ -93,21 +108,28 @@ impl std::fmt::Debug for Publisher {
 }
 
 impl Publisher {
-    pub(crate) fn new(outlet: Outlet, tally: Arc<Tally>) -> Self {
+    pub(crate) fn new(outlet: Outlet, tally: Arc<Tally>, lifeline: Lifeline) -> Self {
         let (throttle, now) = (Throttle::default(), Time::default());
-        Self { outlet, scheduler: None, throttle, tally, now }
+        Self { outlet, scheduler: None, throttle, tally, now, _lifeline: lifeline }
     }
 
     fn publish(&mut self, topic: OutputTopic, message: OutputMessage) {
         let publication = Publication { topic, stamp: self.now, message };
-        if let Err(failure) = self.outlet.sink.publish(publication) {
+        let sink = &mut self.outlet.sink;
+        let taken =
+            caught(|| sink.publish(publication)).unwrap_or_else(|panic| Err(SinkError::panicked(panic)));
+        if let Err(failure) = taken {
             self.tally.count_unpublished();
-            if self.throttle.allows(self.now, 1000, "sink", "publish") {
-                error!("{failure}");
-            }
-            // Only the first failure is kept; the later ones follow from it.
-            let _ = self.outlet.failure.set(failure);
+            self.note(failure);
         }
+    }
+
+    fn note(&mut self, failure: SinkError) {
+        if self.throttle.allows(self.now, 1000, "sink", "publish") {
+            error!("{failure}");
+        }
+        // Only the first failure is kept; the later ones follow from it.
+        let _ = self.outlet.failure.set(failure);
     }
 
     fn shown(&self, took: Duration) -> Duration {
@@ -250,9 +272,9 @@ impl Publisher {
         self.publish_tree(tree);
         // Again, so that the tree itself is in the latency that is reported.
         let times = CycleTimes { publish: publish_started.elapsed(), cycle: report.cycle.arrived.elapsed() };
-        self.outlet.sink.observe(report, times);
-        if let Some(scheduler) = &self.scheduler {
-            scheduler.do_send(CycleEnded);
+        let sink = &mut self.outlet.sink;
+        if let Err(panic) = caught(|| sink.observe(report, times)) {
+            self.note(SinkError::panicked(panic));
         }
     }
 
@@ -294,7 +316,12 @@ impl Handler<PublishCycle> for Publisher {
     type Result = ();
 
     fn handle(&mut self, PublishCycle(report): PublishCycle, _: &mut Self::Context) {
-        self.publish_cycle(&report);
+        if let Err(panic) = caught(|| self.publish_cycle(&report)) {
+            error!("cycle {} is not published in full: the publisher panicked: {panic}", report.cycle.number);
+        }
+        if let Some(scheduler) = &self.scheduler {
+            scheduler.do_send(CycleEnded);
+        }
     }
 }
 

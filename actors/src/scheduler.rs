@@ -6,12 +6,15 @@
 //! where nothing but triggers arrives. Changed parameters take effect together, between two cycles.
 
 mod fallback_timer;
+mod rule;
 
 pub use fallback_timer::FallbackTimer;
+pub(crate) use rule::{Rule, Start, Triggered};
 
 use crate::buffer::{Buffer, SetDurationTime, TakeFresh};
 use crate::clock::Clock;
-use crate::cycle::{Cycle, Trigger};
+use crate::cycle::Cycle;
+use crate::lifeline::Lifeline;
 use crate::provider::{OpenSpace, Provide};
 use crate::sensors::{Sensors, TakeSnapshot};
 use crate::validation::{SetRankerParameters, SetValidatorParameters, Validation};
@@ -43,21 +46,14 @@ pub(crate) struct Stages {
 #[derive(Debug)]
 pub(crate) struct Scheduler {
     clock: Clock,
-    timer: FallbackTimer,
+    rule: Rule<Box<Parameters>>,
     /// Tells the sleeping timer task when to wake up.
     deadline: watch::Sender<Time>,
     stages: Option<Stages>,
-    running: Option<Trigger>,
-    pending: Option<Triggered>,
-    /// Parameters that wait for the running cycle to end.
-    changed: Option<Box<Parameters>>,
-    /// Set when no further cycle is to start.
-    finished: bool,
     /// Time that a cycle has.
     budget: Option<Duration>,
-    cycles: u64,
-    coalesced: u64,
     waiting: Vec<Sender<SchedulerState>>,
+    _lifeline: Lifeline,
 }
 
 /// The parameters that may change while the node runs.
@@ -89,57 +85,33 @@ pub struct SchedulerState {
 }
 
 impl Scheduler {
-    pub(crate) fn new(clock: Clock, fallback_period_ms: i64, budget: Option<Duration>) -> Self {
-        let timer = FallbackTimer::new(clock.now(), fallback_period_ms);
+    pub(crate) fn new(
+        clock: Clock,
+        fallback_period_ms: i64,
+        budget: Option<Duration>,
+        lifeline: Lifeline,
+    ) -> Self {
+        let rule = Rule::new(clock.now(), fallback_period_ms);
         info!("New concatenate_and_validate timer callback created with period {fallback_period_ms}.");
-        let deadline = watch::Sender::new(timer.deadline());
-        Self {
-            clock,
-            timer,
-            deadline,
-            stages: None,
-            running: None,
-            pending: None,
-            changed: None,
-            finished: false,
-            budget,
-            cycles: 0,
-            coalesced: 0,
-            waiting: Vec::new(),
-        }
-    }
-
-    fn state(&self) -> SchedulerState {
-        SchedulerState { cycles: self.cycles, coalesced: self.coalesced, deadline: self.timer.deadline() }
+        let deadline = watch::Sender::new(rule.state().deadline);
+        Self { clock, rule, deadline, stages: None, budget, waiting: Vec::new(), _lifeline: lifeline }
     }
 
     fn announce_deadline(&self) {
-        self.deadline.send_replace(self.timer.deadline());
+        self.deadline.send_replace(self.rule.state().deadline);
     }
 
     fn trigger(&mut self, triggered: Triggered, ctx: &mut Context<Self>) {
-        if self.finished {
-            return;
+        if let Some(start) = self.rule.trigger(triggered) {
+            self.start(&start, ctx);
         }
-        if self.running.is_none() {
-            self.start(&triggered, ctx);
-            return;
-        }
-        self.pending = Some(match self.pending.take() {
-            None => triggered,
-            Some(earlier) => {
-                self.coalesced += 1;
-                earlier.merge(&triggered)
-            }
-        });
     }
 
-    fn start(&mut self, triggered: &Triggered, ctx: &mut Context<Self>) {
+    fn start(&mut self, start: &Start, ctx: &mut Context<Self>) {
+        // Wired before the first trigger can come.
         let Some(stages) = &self.stages else { return };
-        self.running = Some(triggered.trigger);
-        self.cycles += 1;
-        let (number, now, started) = (self.cycles, self.clock.now(), Instant::now());
-        let Triggered { trigger, arrived, receive, buffer } = *triggered;
+        let (number, now, started) = (start.number, self.clock.now(), Instant::now());
+        let Triggered { trigger, arrived, receive, buffer } = start.triggered;
         let deadline = self.budget.map(|budget| started + budget);
         let collected =
             collect(stages, now).into_actor(self).map(move |inputs, scheduler, ctx| match inputs {
@@ -175,18 +147,18 @@ impl Scheduler {
 
     /// The cycle is over: re-arm the timer if an anchor had started it, then run what came meanwhile.
     fn end(&mut self, ctx: &mut Context<Self>) {
-        if self.running.take() == Some(Trigger::Anchor) {
-            self.timer.reset(self.clock.now());
+        let ended = self.rule.end(self.clock.now());
+        if ended.is_rearmed {
             self.announce_deadline();
         }
-        if let Some(changed) = self.changed.take() {
+        if let Some(changed) = ended.changed {
             self.configure(*changed);
         }
-        if let Some(pending) = self.pending.take() {
-            self.start(&pending, ctx);
+        if let Some(start) = self.rule.next() {
+            self.start(&start, ctx);
             return;
         }
-        let state = self.state();
+        let state = self.rule.state();
         for waiting in self.waiting.drain(..) {
             // Whoever no longer waits does not need the answer.
             let _ = waiting.send(state);
@@ -207,7 +179,7 @@ impl Scheduler {
     }
 
     fn set_fallback_period(&mut self, period_ms: i64) {
-        if self.timer.set_period(self.clock.now(), period_ms) {
+        if self.rule.set_period(self.clock.now(), period_ms) {
             info!("New concatenate_and_validate timer callback created with period {period_ms}.");
             self.announce_deadline();
         }
@@ -252,27 +224,6 @@ impl Handler<Wire> for Scheduler {
     }
 }
 
-/// A reason to run a cycle.
-#[derive(Debug, Clone)]
-pub(crate) struct Triggered {
-    pub(crate) trigger: Trigger,
-    pub(crate) arrived: Instant,
-    /// From its arrival until its owner took it up.
-    pub(crate) receive: Duration,
-    /// Time spent on adding what it brought.
-    pub(crate) buffer: Duration,
-}
-
-impl Triggered {
-    /// Both wait for the same cycle: an anchor outranks the timer, and latency counts from the earlier arrival.
-    fn merge(self, later: &Self) -> Self {
-        let is_anchor = [self.trigger, later.trigger].contains(&Trigger::Anchor);
-        let trigger = if is_anchor { Trigger::Anchor } else { Trigger::Timer };
-        let first = if later.arrived < self.arrived { later.clone() } else { self };
-        Self { trigger, ..first }
-    }
-}
-
 impl Message for Triggered {
     type Result = ();
 }
@@ -297,14 +248,10 @@ impl Handler<TimerWakeUp> for Scheduler {
     type Result = ();
 
     fn handle(&mut self, _: TimerWakeUp, ctx: &mut Self::Context) {
-        let fires = self.timer.fire(self.clock.now());
+        let fires = self.rule.fire(self.clock.now());
         self.announce_deadline();
         if fires {
-            let (receive, buffer) = (Duration::ZERO, Duration::ZERO);
-            self.trigger(
-                Triggered { trigger: Trigger::Timer, arrived: Instant::now(), receive, buffer },
-                ctx,
-            );
+            self.trigger(Triggered::by_timer(), ctx);
         }
     }
 }
@@ -353,9 +300,7 @@ impl Handler<Configure> for Scheduler {
     type Result = ();
 
     fn handle(&mut self, Configure(parameters): Configure, _: &mut Self::Context) {
-        if self.running.is_some() {
-            self.changed = Some(parameters);
-        } else {
+        if let Some(parameters) = self.rule.change(parameters) {
             self.configure(*parameters);
         }
     }
@@ -373,8 +318,7 @@ impl Handler<Finish> for Scheduler {
     type Result = ();
 
     fn handle(&mut self, Finish(reply): Finish, ctx: &mut Self::Context) {
-        self.finished = true;
-        self.pending = None;
+        self.rule.finish();
         self.handle(WaitForIdle(reply), ctx);
     }
 }
@@ -391,9 +335,9 @@ impl Handler<WaitForIdle> for Scheduler {
     type Result = ();
 
     fn handle(&mut self, WaitForIdle(reply): WaitForIdle, _: &mut Self::Context) {
-        if self.running.is_none() {
+        if self.rule.is_idle() {
             // Whoever no longer waits does not need the answer.
-            let _ = reply.send(self.state());
+            let _ = reply.send(self.rule.state());
         } else {
             self.waiting.push(reply);
         }
@@ -418,7 +362,7 @@ impl Handler<WatchDeadline> for Scheduler {
 
 /// Sleeps until the deadline, however often it moves, and wakes the scheduler; also when time goes back. Ends with the
 /// scheduler.
-pub(crate) async fn sleep_and_wake(clock: Clock, scheduler: Addr<Scheduler>) {
+pub(crate) async fn sleep_and_wake(clock: Clock, scheduler: Addr<Scheduler>, _lifeline: Lifeline) {
     let Ok(mut deadlines) = scheduler.send(WatchDeadline).await else { return };
     let mut seen = clock.now();
     loop {

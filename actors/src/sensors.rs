@@ -6,6 +6,7 @@
 
 use crate::clock::Clock;
 use crate::inlets::SensorSlots;
+use crate::lifeline::Lifeline;
 use crate::map_decoder::{MapDecoder, MapJob};
 use crate::publisher::{MapCallbackTime, Publisher};
 use crate::tally::{DropReason, Tally};
@@ -34,6 +35,7 @@ pub(crate) struct Sensors {
     decoding: u32,
     newest_map: u64,
     waiting: Vec<Sender<()>>,
+    _lifeline: Lifeline,
 }
 
 impl Sensors {
@@ -45,6 +47,7 @@ impl Sensors {
         clock: Clock,
         decoder: MapDecoder,
         publisher: Addr<Publisher>,
+        lifeline: Lifeline,
     ) -> Self {
         Self {
             scene,
@@ -56,6 +59,7 @@ impl Sensors {
             decoding: 0,
             newest_map: 0,
             waiting: Vec::new(),
+            _lifeline: lifeline,
         }
     }
 

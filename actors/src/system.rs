@@ -7,6 +7,7 @@
 use crate::buffer::{Add, Buffer, SetDurationTime};
 use crate::clock::Clock;
 use crate::inlets::{Inlets, SensorSlots};
+use crate::lifeline::Lifelines;
 use crate::map_decoder::MapDecoder;
 use crate::provider::{OpenSpace, ProviderConfig, SetRegion};
 use crate::publisher::{Outlet, PublishedTimes, Publisher, Report, Sink, SinkError};
@@ -69,7 +70,7 @@ pub enum SystemError {
     #[error("{}", refusals(.0))]
     Parameters(Vec<OutOfRange>),
     /// An actor is gone; nothing more will be published.
-    #[error("the selector has stopped: its {0} is gone; see the log for a panic")]
+    #[error("the selector has stopped: its {0} is gone; see the log for a panic, and start it anew")]
     ActorGone(&'static str),
     /// An output could not be written. What was written before stands.
     #[error(transparent)]
@@ -89,6 +90,7 @@ pub struct SelectorSystem {
     system: System,
     thread: Option<JoinHandle<()>>,
     failure: Arc<OnceLock<SinkError>>,
+    lifelines: Lifelines,
 }
 
 #[derive(Debug, Clone)]
@@ -119,14 +121,17 @@ impl SelectorSystem {
         provider: Option<ProviderConfig>,
         sink: Box<dyn Sink>,
     ) -> Result<Self, SystemError> {
+        let shared = Shared::default();
+        let lifelines = shared.lifelines.clone();
         let pool = ThreadPoolBuilder::new()
             .num_threads(config.threads.max(1))
             .thread_name(|index| format!("judge-{index}"))
+            .panic_handler(move |_| lifelines.cut("pool"))
             .build()
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
-        let decoder = MapDecoder::start().map_err(|error| SystemError::NoThread(error.to_string()))?;
+        let line = shared.lifelines.line("map decoder");
+        let decoder = MapDecoder::start(line).map_err(|error| SystemError::NoThread(error.to_string()))?;
         let clock = config.clock.clone();
-        let shared = Shared::default();
         let parts = Parts { config, provider, sink, pool: Arc::new(pool), decoder, shared: shared.clone() };
         let (ready, started) = bounded(1);
         let thread = std::thread::Builder::new()
@@ -134,9 +139,9 @@ impl SelectorSystem {
             .spawn(move || run_actors(parts, &ready))
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
         let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))??;
-        let Shared { failure, slots, tally } = shared;
+        let Shared { failure, slots, tally, lifelines } = shared;
         let inlets = Inlets::new(slots, tally, actors.buffer.clone(), actors.sensors.clone());
-        Ok(Self { clock, actors, inlets, system, thread: Some(thread), failure })
+        Ok(Self { clock, actors, inlets, system, thread: Some(thread), failure, lifelines })
     }
 
     /// The way in for messages that come when they come.
@@ -158,6 +163,7 @@ impl SelectorSystem {
     /// # Errors
     /// The actors are gone, or an output cannot be written.
     pub fn deliver_due(&self, input: Input, due: Instant) -> Result<(), SystemError> {
+        self.all_alive()?;
         match input {
             Input::Generative(message) => {
                 self.actors.buffer.do_send(Add { message, anchor: Some(due) });
@@ -170,7 +176,7 @@ impl SelectorSystem {
             }
             Input::Map(_) | Input::ReadyMap(..) | Input::Route(_) => {
                 self.actors.sensors.do_send(Sense(input));
-                ask("sensors", |reply| self.actors.sensors.do_send(WaitForSensors(reply)))
+                self.ask("sensors", |reply| self.actors.sensors.do_send(WaitForSensors(reply)))
             }
             sensor => {
                 self.inlets.put(sensor);
@@ -217,7 +223,7 @@ impl SelectorSystem {
     /// # Errors
     /// The actors are gone, or an output could not be written.
     pub fn settle(&self) -> Result<SchedulerState, SystemError> {
-        let state = ask("scheduler", |reply| self.actors.scheduler.do_send(WaitForIdle(reply)))?;
+        let state = self.ask("scheduler", |reply| self.actors.scheduler.do_send(WaitForIdle(reply)))?;
         match self.failure.get() {
             Some(failure) => Err(failure.clone().into()),
             None => Ok(state),
@@ -226,7 +232,7 @@ impl SelectorSystem {
 
     /// The buffer has no messages of its own to wait for, so a reading of its mailbox is enough.
     fn settle_buffer(&self) -> Result<(), SystemError> {
-        ask("buffer", |reply| self.actors.buffer.do_send(crate::buffer::WaitForBuffer(reply)))
+        self.ask("buffer", |reply| self.actors.buffer.do_send(crate::buffer::WaitForBuffer(reply)))
     }
 
     /// Gives the open-space provider a goal and what surrounds it, from the next cycle on, or takes it away; a plan in
@@ -271,7 +277,7 @@ impl SelectorSystem {
     /// # Errors
     /// The actors were gone already, or an output could not be written.
     pub fn stop(mut self) -> Result<SchedulerState, SystemError> {
-        let state = ask("scheduler", |reply| self.actors.scheduler.do_send(Finish(reply)));
+        let state = self.ask("scheduler", |reply| self.actors.scheduler.do_send(Finish(reply)));
         self.system.stop();
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
@@ -285,18 +291,31 @@ impl SelectorSystem {
     }
 }
 
+impl SelectorSystem {
+    /// Returns when an actor has died; nothing more will be published.
+    pub async fn death(&self) -> SystemError {
+        SystemError::ActorGone(self.lifelines.death().await)
+    }
+
+    /// Sends a question that carries its reply channel, and waits for the answer.
+    fn ask<T>(&self, whom: &'static str, send: impl FnOnce(Sender<T>)) -> Result<T, SystemError> {
+        let (reply, answer) = bounded(1);
+        send(reply);
+        // An actor that dies drops the channel, so this cannot wait for ever.
+        let answer = answer.recv();
+        self.all_alive()?;
+        answer.map_err(|_| SystemError::ActorGone(whom))
+    }
+
+    fn all_alive(&self) -> Result<(), SystemError> {
+        self.lifelines.dead().map_or(Ok(()), |whose| Err(SystemError::ActorGone(whose)))
+    }
+}
+
 impl Drop for SelectorSystem {
     fn drop(&mut self) {
         self.system.stop();
     }
-}
-
-/// Sends a question that carries its reply channel, and waits for the answer.
-fn ask<T>(whom: &'static str, send: impl FnOnce(Sender<T>)) -> Result<T, SystemError> {
-    let (reply, answer) = bounded(1);
-    send(reply);
-    // An actor that dies drops the channel, so this cannot wait for ever.
-    answer.recv().map_err(|_| SystemError::ActorGone(whom))
 }
 
 /// What the actors share with whoever holds the system.
@@ -305,6 +324,7 @@ struct Shared {
     failure: Arc<OnceLock<SinkError>>,
     slots: Arc<SensorSlots>,
     tally: Arc<Tally>,
+    lifelines: Lifelines,
 }
 
 /// What the actors are made of.
@@ -321,6 +341,7 @@ struct Parts {
 fn run_actors(parts: Parts, ready: &Sender<Result<(Actors, System), SystemError>>) {
     let runner = System::new();
     runner.block_on(async {
+        parts.shared.lifelines.hold(System::current());
         let actors = wire(parts);
         if actors.is_err() {
             System::current().stop();
@@ -334,7 +355,8 @@ fn run_actors(parts: Parts, ready: &Sender<Result<(Actors, System), SystemError>
 }
 
 fn wire(parts: Parts) -> Result<Actors, SystemError> {
-    let Parts { config, provider, sink, pool, decoder, shared: Shared { failure, slots, tally } } = parts;
+    let Parts { config, provider, sink, pool, decoder, shared } = parts;
+    let Shared { failure, slots, tally, lifelines } = shared;
     let outlet = Outlet {
         sink,
         clock: config.clock.clone(),
@@ -342,18 +364,22 @@ fn wire(parts: Parts) -> Result<Actors, SystemError> {
         interface: config.interface,
         failure,
     };
-    let publisher = Publisher::new(outlet, tally.clone()).start();
+    let publisher = Publisher::new(outlet, tally.clone(), lifelines.line("publisher")).start();
+    let line = lifelines.line("validation");
     let validation =
-        Validation::new(config.pipeline, pool, publisher.clone(), config.count_allocations).start();
+        Validation::new(config.pipeline, pool, publisher.clone(), config.count_allocations, line).start();
     let vehicle = config.vehicle;
     let mut scene = Scene::empty(config.clock.now(), Arc::new(vehicle));
     // A node that never saw a traffic light message judges as if no light were in sight.
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
     let clock = config.clock.clone();
-    let sensors = Sensors::new(scene, slots, tally, clock, decoder, publisher.clone()).start();
+    let line = lifelines.line("sensors");
+    let sensors = Sensors::new(scene, slots, tally, clock, decoder, publisher.clone(), line).start();
+    let line = lifelines.line("scheduler");
     let scheduler =
-        Scheduler::new(config.clock.clone(), config.fallback_period_ms, config.cycle_budget).start();
-    let buffer = Buffer::new(config.duration_time_s, scheduler.clone()).start();
+        Scheduler::new(config.clock.clone(), config.fallback_period_ms, config.cycle_budget, line).start();
+    let line = lifelines.line("buffer");
+    let buffer = Buffer::new(config.duration_time_s, scheduler.clone(), line).start();
     let provider = match provider {
         Some(provider) => {
             let provider = OpenSpace::new(provider, vehicle, &config.clock, buffer.clone());
@@ -369,7 +395,10 @@ fn wire(parts: Parts) -> Result<Actors, SystemError> {
         validation: validation.clone(),
     }));
     if config.clock.runs_by_itself() {
-        actix::spawn(sleep_and_wake(config.clock, scheduler.clone()));
+        actix::spawn(sleep_and_wake(config.clock, scheduler.clone(), lifelines.line("fallback timer")));
     }
     Ok(Actors { provider, buffer, sensors, scheduler, validation })
 }
+
+#[cfg(test)]
+mod tests;

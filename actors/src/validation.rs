@@ -8,15 +8,20 @@
 //! published; the newest are judged first. Such a cycle never runs inline, and should a filter not come back at all, the
 //! cycle is given up after [`GRACE`]: it publishes nothing, then or ever.
 
+mod custody;
+
+pub(crate) use custody::Custody;
+
 use crate::cycle::{Cycle, CycleReport, Judged, Outcome, Share};
+use crate::lifeline::Lifeline;
 use crate::publisher::{PublishCycle, Publisher};
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message};
 use rayon::ThreadPool;
+use selection::panics::caught;
 use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::ranker::GeneratorSource;
 use selection::{Candidate, Pipeline, Scene, Scratch, Validator, Verdict};
 use std::cell::RefCell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -38,15 +43,14 @@ thread_local! {
 /// The owner of the pipeline.
 #[derive(Debug)]
 pub(crate) struct Validation {
-    pool: Arc<ThreadPool>,
+    pub(crate) pool: Arc<ThreadPool>,
     publisher: Addr<Publisher>,
     /// Away while a cycle is judged.
-    pipeline: Option<Box<Pipeline>>,
+    pipeline: Custody<Box<Pipeline>>,
     /// Parameters that arrived while the pipeline was away.
     changed: Changes,
-    /// The cycle that is being judged on the pool and not given up.
-    awaited: Option<u64>,
     count_allocations: Option<CountAllocations>,
+    _lifeline: Lifeline,
 }
 
 /// Heap allocations of the calling thread so far.
@@ -76,28 +80,30 @@ impl Validation {
         pool: Arc<ThreadPool>,
         publisher: Addr<Publisher>,
         count_allocations: Option<CountAllocations>,
+        lifeline: Lifeline,
     ) -> Self {
         Self {
             pool,
             publisher,
-            pipeline: Some(Box::new(pipeline)),
+            pipeline: Custody::of(Box::new(pipeline)),
             changed: Changes::default(),
-            awaited: None,
             count_allocations,
+            _lifeline: lifeline,
         }
     }
 
     /// Changes the parameters, now or when the pipeline is back.
     fn change(&mut self, note: impl FnOnce(&mut Changes)) {
         note(&mut self.changed);
-        if let Some(pipeline) = &mut self.pipeline {
+        if let Some(pipeline) = self.pipeline.here() {
             std::mem::take(&mut self.changed).apply(pipeline);
         }
     }
 
-    fn take_back(&mut self, mut pipeline: Box<Pipeline>) {
+    /// Whether the cycle that the pipeline comes back from is still waited for.
+    fn take_back(&mut self, mut pipeline: Box<Pipeline>, cycle: u64) -> bool {
         std::mem::take(&mut self.changed).apply(&mut pipeline);
-        self.pipeline = Some(pipeline);
+        self.pipeline.take_back(pipeline, cycle)
     }
 
     fn publish(&self, report: CycleReport) {
@@ -110,8 +116,7 @@ impl Validation {
         let late = CycleReport { cycle: cycle.clone(), outcome: Outcome::Failed(NEVER_CAME_BACK.to_owned()) };
         let wait = deadline.saturating_duration_since(Instant::now()) + GRACE;
         ctx.run_later(wait, move |validation, _| {
-            if validation.awaited == Some(number) {
-                validation.awaited = None;
+            if validation.pipeline.give_up(number) {
                 validation.publish(late);
             }
         });
@@ -139,7 +144,7 @@ impl Handler<Cycle> for Validation {
             self.publish(CycleReport { cycle, outcome });
             return;
         }
-        let Some(mut pipeline) = self.pipeline.take() else {
+        let Some(mut pipeline) = self.pipeline.hand_out(cycle.number) else {
             // A filter has not come back from a cycle that was given up; this one must end all the same.
             let outcome = Outcome::Failed("an earlier cycle is still being judged".to_owned());
             self.publish(CycleReport { cycle, outcome });
@@ -150,11 +155,10 @@ impl Handler<Cycle> for Validation {
             self.give_up_late(&cycle, deadline, ctx);
         } else if cycle.concatenated.candidates.len() <= INLINE_CANDIDATES {
             let report = run_cycle(&mut pipeline, cycle, &|work| vec![work.share(count_allocations)]);
-            self.take_back(pipeline);
+            self.take_back(pipeline, report.cycle.number);
             self.publish(report);
             return;
         }
-        self.awaited = Some(cycle.number);
         let me = ctx.address();
         self.pool.spawn(move || {
             let report =
@@ -179,9 +183,8 @@ impl Handler<CycleJudged> for Validation {
     type Result = ();
 
     fn handle(&mut self, judged: CycleJudged, _: &mut Self::Context) {
-        self.take_back(judged.pipeline);
         let number = judged.report.cycle.number;
-        if self.awaited.take_if(|awaited| *awaited == number).is_some() {
+        if self.take_back(judged.pipeline, number) {
             self.publish(judged.report);
         } else {
             warn!("cycle {number} came back after it was given up; its result is dropped");
@@ -226,18 +229,18 @@ impl Handler<SetRankerParameters> for Validation {
 /// else break, the cycle fails and publishes nothing.
 fn run_cycle(pipeline: &mut Pipeline, cycle: Cycle, share_out: &ShareOut<'_>) -> CycleReport {
     let (began, shares) = (Instant::now(), RefCell::default());
-    let step = catch_unwind(AssertUnwindSafe(|| {
+    let step = caught(|| {
         let judge_all = |validator: &Validator, scene: &Scene, candidates: &[Candidate]| {
             let judged = judge_all(validator, scene, candidates, cycle.deadline, share_out);
             shares.replace(judged.shares);
             (judged.verdicts, judged.filters_ns)
         };
         pipeline.step(&cycle.scene, &cycle.concatenated, &judge_all, monotonic_ns)
-    }));
+    });
     let outcome = match step {
         Ok(step) => Outcome::Judged(Box::new(Judged::new(step, began, shares.take()))),
-        Err(_) => {
-            error!("cycle {} failed: the validation panicked outside of its filters", cycle.number);
+        Err(panic) => {
+            error!("cycle {} failed: the validation panicked outside of its filters: {panic}", cycle.number);
             Outcome::Failed("the validation panicked outside of its filters".to_owned())
         }
     };

@@ -221,6 +221,7 @@ impl Node {
                 tokio::select! {
                     () = &mut end => break None,
                     () = self.feeds.one_ended() => break Some(NodeError::Dead),
+                    dead = self.system.death() => break Some(dead.into()),
                     Some((server, request)) = requests.next() => {
                         if let Some(reply) = self.serve(&servers[server], request, &mut faults) {
                             waiting.push(Waiting { server, reply, until: Instant::now() + REPLY_PATIENCE });

@@ -62,6 +62,9 @@ fn of_ranking(judged: &Judged) -> DiagnosticStatus {
         }
         None => (DiagnosticStatus::ERROR, no_choice(judged)),
     };
+    if let Some(panic) = &judged.ranking.failure {
+        add(&mut values, "ranker.panic", panic);
+    }
     DiagnosticStatus {
         level,
         name: format!("{NODE_NAME}: trajectory_ranker"),

@@ -33,7 +33,9 @@ pub(super) fn write(report: &CycleReport, judged: &Judged, throttle: &mut Thrott
         _ => {
             let why = no_choice(judged);
             if throttle.allows(now, PERIOD_MS, SOURCE, why) {
-                error!("Failed to rank trajectories: No best trajectory found. {why}");
+                let panic =
+                    judged.ranking.failure.as_ref().map_or(String::new(), |panic| format!(": {panic}"));
+                error!("Failed to rank trajectories: No best trajectory found. {why}{panic}");
             }
         }
     }
@@ -41,7 +43,9 @@ pub(super) fn write(report: &CycleReport, judged: &Judged, throttle: &mut Thrott
 
 /// Why nothing can be driven.
 pub(super) fn no_choice(judged: &Judged) -> &'static str {
-    if judged.validated.candidate_trajectories.is_empty() {
+    if judged.ranking.failure.is_some() {
+        "The ranker panicked"
+    } else if judged.validated.candidate_trajectories.is_empty() {
         "Every candidate was rejected"
     } else if judged.ranking.ranked.is_empty() {
         "None of the accepted candidates can be ranked"
