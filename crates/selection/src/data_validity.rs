@@ -1,7 +1,7 @@
 //! The check that comes before all filters: is the candidate a trajectory at all?
 //!
 //! It always runs, is in no filter list and cannot be put in shadow mode. Its metric is 0 for valid data, otherwise the
-//! number of the first defect in the order of [`Defect`]. A candidate that fails it is judged by no other filter.
+//! number of the first defect that is found. A candidate that fails it is judged by no other filter.
 
 use crate::candidate::Candidate;
 use crate::scene::Scene;
@@ -19,6 +19,9 @@ pub const METRIC: &str = "data_validity";
 
 /// Fewest points of a trajectory.
 const MIN_POINTS: usize = 2;
+/// Most points of a trajectory: a hundred seconds in steps of 10 ms. More is no plan but a defect of a planner, and the
+/// time that judging takes for every point is needed for the other candidates of the cycle.
+pub const MAX_POINTS: usize = 10_000;
 /// How far the squared length of a quaternion may be from 1. Far more than rounding and f32 conversions leave, far less
 /// than a quaternion that somebody forgot to fill.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
@@ -41,17 +44,20 @@ pub enum Defect {
     WrongFrame = 5,
     /// A position that no map has. Its distances from anything overflow, or say nothing.
     NoPlace = 6,
+    /// More points than anybody plans; looked for first, so that such a candidate costs no time.
+    TooManyPoints = 7,
 }
 
 impl Defect {
     /// All of them, in order.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::TooFewPoints,
         Self::NonFinite,
         Self::TimeGoesBack,
         Self::NoRotation,
         Self::WrongFrame,
         Self::NoPlace,
+        Self::TooManyPoints,
     ];
 }
 
@@ -64,6 +70,7 @@ impl fmt::Display for Defect {
             Self::NoRotation => "orientation is no rotation",
             Self::WrongFrame => "frame is not the map's",
             Self::NoPlace => "position beyond any map",
+            Self::TooManyPoints => "too many points",
         })
     }
 }
@@ -79,7 +86,7 @@ pub fn judge(scene: &Scene, candidate: &Candidate) -> Judgement {
         failure: None,
         metrics: smallvec![Metric { name: METRIC, value, threshold: 0.0, risk }],
         evidence: defect
-            .filter(|(_, index)| *index < candidate.points.len())
+            .filter(|(defect, index)| *defect != Defect::TooManyPoints && *index < candidate.points.len())
             .map(|(_, index)| Evidence::at(candidate, index)),
         memo: Memo::Nothing,
     }
@@ -96,9 +103,14 @@ pub fn explain(judgement: &Judgement) -> Option<String> {
     })
 }
 
-/// The first defect in the order of [`Defect`], with the index of the point that has it.
+/// The first defect in the order in which they are looked for, with the index of the point that has it; an index that
+/// there is not where no point has it.
 #[must_use]
 pub fn find_defect(scene: &Scene, candidate: &Candidate) -> Option<(Defect, usize)> {
+    // In the message, so that not even their conversion costs time.
+    if candidate.message.points.len() > MAX_POINTS {
+        return Some((Defect::TooManyPoints, usize::MAX));
+    }
     let points = &*candidate.points;
     if points.len() < MIN_POINTS {
         return Some((Defect::TooFewPoints, 0));
@@ -150,7 +162,10 @@ fn is_rotation(q: Quaternion) -> bool {
 mod tests {
     use super::*;
     use crate::test_scene::{candidate_of, scene, straight};
+    use messages::autoware_internal_planning_msgs::CandidateTrajectory;
+    use messages::autoware_planning_msgs::TrajectoryPoint as PointMessage;
     use motion::trajectory::TimeFromStart;
+    use std::sync::Arc;
 
     fn defect(change: impl FnOnce(&mut Vec<TrajectoryPoint>)) -> Option<(Defect, usize)> {
         let mut points = straight(10, 5.0);
@@ -236,12 +251,12 @@ mod tests {
         let mut scene = scene();
         for (frame, expected) in [("map", None), ("", None), ("base_link", Some((Defect::WrongFrame, 0)))] {
             let mut candidate = candidate_of(straight(10, 5.0));
-            std::sync::Arc::make_mut(&mut candidate.message).header.frame_id = frame.to_owned();
+            Arc::make_mut(&mut candidate.message).header.frame_id = frame.to_owned();
             assert_eq!(find_defect(&scene, &candidate), expected, "frame \"{frame}\"");
         }
         scene.map = None;
         let mut candidate = candidate_of(straight(10, 5.0));
-        std::sync::Arc::make_mut(&mut candidate.message).header.frame_id = "base_link".to_owned();
+        Arc::make_mut(&mut candidate.message).header.frame_id = "base_link".to_owned();
         assert_eq!(find_defect(&scene, &candidate), None, "without a map there is nothing to compare with");
     }
 
@@ -265,6 +280,20 @@ mod tests {
         assert_eq!((judgement.metrics[0].value as u8, judgement.risk()), (1, RiskLevel::Danger));
         assert_eq!(judgement.evidence.map(|evidence| evidence.index), Some(0));
         assert_eq!(judge(&scene(), &candidate_of(Vec::new())).evidence, None);
+    }
+
+    #[test]
+    fn more_points_than_anybody_plans_are_a_defect() {
+        let message = |count: usize| CandidateTrajectory {
+            points: vec![PointMessage::default(); count],
+            ..CandidateTrajectory::default()
+        };
+        for (count, expected) in [(MAX_POINTS, None), (MAX_POINTS + 1, Some(Defect::TooManyPoints))] {
+            let candidate = Candidate::new(Arc::new(message(count)), "planner".into(), 0);
+            assert_eq!(find_defect(&scene(), &candidate).map(|(defect, _)| defect), expected);
+            let judgement = judge(&scene(), &candidate);
+            assert_eq!((judgement.feasible, judgement.evidence), (expected.is_none(), None));
+        }
     }
 
     #[test]
