@@ -27,6 +27,7 @@ const EXPECTED: &[(&str, &[(&str, &str)])] = &[
                  \"traffic_rule::TrafficLightFilter\", \"traffic_rule::CrosswalkFilter\"]",
             ),
             ("shadow_mode_filter_names*", "[\"safety::CollisionCheckFilter\", \"safety::OutOfLaneFilter\"]"),
+            ("stop_at_first_rejection", "false"),
             ("wheel_radius*", "0.383"),
             ("wheel_width*", "0.235"),
             ("wheel_base*", "2.79"),

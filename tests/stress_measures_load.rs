@@ -18,7 +18,8 @@ const CYCLES: u64 = 12;
 /// A small load with more arguments.
 fn stress(more: &[&str]) -> Run {
     let small = ["stress", "--candidates", "20", "--points", "20", "--objects", "6", "--paths", "2"];
-    run(&[&small[..], &["--generators", "3", "--cycles", "12"], more].concat())
+    let cycles: &[&str] = if more.contains(&"--cycles") { &[] } else { &["--cycles", "12"] };
+    run(&[&small[..], &["--generators", "3"], cycles, more].concat())
 }
 
 #[test]
@@ -84,6 +85,14 @@ fn threads_change_no_verdict() {
     assert_eq!((&one.json["threads"], &two.json["threads"]), (&json!(1), &json!(2)));
     let other = stress(&["--scene", "dense", "--seed", "2"]);
     assert_ne!(verdicts(&one.json), verdicts(&other.json), "another seed is another load");
+}
+
+#[test]
+fn judging_allocates_nothing_once_buffers_have_their_size() {
+    for scene in ["road", "intersection", "dense"] {
+        let run = stress(&["--scene", scene, "--threads", "1", "--cycles", "30"]);
+        assert_eq!(run.json["allocations"]["per_candidate_judge"], json!(0.0), "{scene}");
+    }
 }
 
 fn places(run: &Run) -> Vec<&str> {

@@ -281,8 +281,10 @@ impl Work<'_> {
         let mut allocated = 0;
         SCRATCH.with_borrow_mut(|scratch| {
             while let Some(index) = self.take() {
-                let before = allocations();
                 let candidate = &self.candidates[index];
+                // Its points are made from the message at first use: once, however often it is judged.
+                let _ = candidate.points.len();
+                let before = allocations();
                 let verdict =
                     self.validator.judge(self.scene, candidate, scratch, monotonic_ns, &mut filters_ns);
                 allocated += allocations() - before;

@@ -190,7 +190,7 @@ impl From<&Judgement> for ShownVerdict {
         match &judgement.failure {
             Some(Failure::NotAssessed(why)) => Self::Error { error: why.to_string() },
             Some(Failure::Panicked(what)) => Self::Panic { panic: what.clone() },
-            Some(late @ Failure::OutOfTime) => Self::Error { error: late.to_string() },
+            Some(late @ (Failure::OutOfTime | Failure::NotNeeded)) => Self::Error { error: late.to_string() },
             None => {
                 let metrics = judgement.metrics.iter();
                 let metrics = metrics.map(|m| (m.name.to_owned(), Number(m.value), m.risk as u8)).collect();

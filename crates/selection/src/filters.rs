@@ -90,6 +90,10 @@ pub struct FilterClass {
     pub class_name: &'static str,
     /// Name of the filter itself, for example `vehicle_constraint_filter`.
     pub short_name: &'static str,
+    /// Whether it folds memory of candidates: then it has to judge each of them, whatever others have found.
+    pub remembers: bool,
+    /// Place among the filters by what judging a candidate costs, the cheapest first.
+    pub cost_rank: u8,
     /// Makes the filter.
     pub make: fn(&ValidatorParameters, &VehicleInfo) -> Box<dyn Filter>,
 }
@@ -113,6 +117,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "safety::CollisionCheckFilter",
         short_name: collision_check::NAME,
+        remembers: false,
+        cost_rank: 5,
         make: |parameters, vehicle| {
             Box::new(collision_check::CollisionCheckFilter::new(&parameters.collision_check, vehicle))
         },
@@ -120,6 +126,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "traffic_rule::CrosswalkFilter",
         short_name: crosswalk::NAME,
+        remembers: true,
+        cost_rank: 1,
         make: |parameters, vehicle| {
             Box::new(crosswalk::CrosswalkFilter::new(
                 parameters.crosswalk.clone(),
@@ -130,6 +138,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "safety::OutOfLaneFilter",
         short_name: out_of_lane::NAME,
+        remembers: false,
+        cost_rank: 4,
         make: |parameters, vehicle| {
             Box::new(out_of_lane::OutOfLaneFilter::new(parameters.out_of_lane.clone(), vehicle))
         },
@@ -137,6 +147,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "traffic_rule::TrafficLightFilter",
         short_name: traffic_light::NAME,
+        remembers: true,
+        cost_rank: 0,
         make: |parameters, vehicle| {
             Box::new(traffic_light::TrafficLightFilter::new(
                 parameters.traffic_light.clone(),
@@ -147,6 +159,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "safety::UncrossableBoundaryDepartureFilter",
         short_name: boundary_departure::NAME,
+        remembers: true,
+        cost_rank: 3,
         make: |parameters, vehicle| {
             Box::new(boundary_departure::UncrossableBoundaryDepartureFilter::new(
                 parameters.boundary_departure.clone(),
@@ -157,6 +171,8 @@ pub const CLASSES: &[FilterClass] = &[
     FilterClass {
         class_name: "safety::VehicleConstraintFilter",
         short_name: vehicle_constraint::NAME,
+        remembers: false,
+        cost_rank: 2,
         make: |parameters, vehicle| {
             Box::new(vehicle_constraint::VehicleConstraintFilter::new(
                 parameters.vehicle_constraint.clone(),

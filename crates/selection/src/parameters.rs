@@ -71,6 +71,9 @@ pub struct ValidatorParameters {
     /// also in filter_names is enforced.
     #[schemars(transform = filter_class::choices, extend("x-read-only" = true))]
     pub shadow_mode_filter_names: Vec<String>,
+    /// Ask no further filter about a candidate that an enforced one has rejected, unless it has to remember what it
+    /// finds; the report then says "not_assessed" for it. Accepted candidates stay the same, a cycle takes less time.
+    pub stop_at_first_rejection: bool,
     /// Limits of speed, acceleration and steering.
     pub vehicle_constraint: VehicleConstraintParameters,
     /// Departure over map borders that must not be crossed.
@@ -96,6 +99,7 @@ impl Default for ValidatorParameters {
                 FilterClass::Crosswalk,
             ]),
             shadow_mode_filter_names: names(&[FilterClass::CollisionCheck, FilterClass::OutOfLane]),
+            stop_at_first_rejection: false,
             vehicle_constraint: VehicleConstraintParameters::default(),
             boundary_departure: BoundaryDepartureParameters::default(),
             traffic_light: TrafficLightParameters::default(),

@@ -72,6 +72,12 @@ fn metric_reports(validator: &Validator, verdict: &Verdict) -> Vec<MetricReport>
     reports.extend(validity.iter().map(|metric| own(metric, data_validity::NAME, data_validity::CATEGORY)));
     for (loaded, judgement) in validator.filters().iter().zip(&verdict.judgements) {
         let (name, category) = (loaded.name(), loaded.category());
+        if !judgement.was_needed() {
+            let risk = judgement.risk();
+            let not_assessed = Metric { name: NOT_ASSESSED, value: 1.0, threshold: f64::NAN, risk };
+            reports.push(own(&not_assessed, name, category));
+            continue;
+        }
         reports.extend(judgement.metrics.iter().map(|metric| own(metric, name, category)));
         let feasibility = Metric {
             name: FEASIBILITY_METRIC,
@@ -89,7 +95,9 @@ fn metric_reports(validator: &Validator, verdict: &Verdict) -> Vec<MetricReport>
 #[must_use]
 pub fn planning_factors(validator: &Validator, scene: &Scene, verdicts: &[Verdict]) -> PlanningFactorArray {
     let judged = verdicts.iter().flat_map(|verdict| judgements_by_filter(validator, verdict));
-    let told = judged.filter_map(|(loaded, judgement)| loaded.planning_factor(scene, judgement));
+    let told = judged
+        .filter(|(_, judgement)| judgement.was_needed())
+        .filter_map(|(loaded, judgement)| loaded.planning_factor(scene, judgement));
     let factors = told.filter(|factor| !factor.control_points.is_empty()).map(|mut factor| {
         factor.module = PLANNING_MODULE.to_owned();
         if let [first, .., last] = factor.control_points[..] {
@@ -105,6 +113,9 @@ pub fn planning_factors(validator: &Validator, scene: &Scene, verdicts: &[Verdic
 
 /// Name under which a candidate is reported whose turn did not come within the cycle's budget.
 pub const NOT_JUDGED: &str = "not_judged";
+/// Name under which a filter is reported that was not asked about a candidate, because it was rejected already; also the
+/// name of a rejection by a filter that could not judge.
+pub const NOT_ASSESSED: &str = "not_assessed";
 
 /// What one filter did in a cycle.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -133,6 +144,7 @@ pub fn filter_summaries(validator: &Validator, verdicts: &[Verdict]) -> Vec<Filt
     let mut summaries = vec![summary(data_validity::NAME, Enforcement::Enforced, validity)];
     summaries.extend(validator.filters().iter().enumerate().map(|(index, loaded)| {
         let judgements = verdicts.iter().filter_map(|verdict| verdict.judgements.get(index));
+        let judgements = judgements.filter(|judgement| judgement.was_needed());
         let mut summary = summary(loaded.name(), loaded.enforcement(), judgements);
         if let Some(panic) = loaded.lost_memory() {
             summary.panicked += 1;
@@ -167,10 +179,10 @@ fn has_panicked(judgement: &Judgement) -> bool {
 /// The names under which a rejection is counted: the metrics that are not safe, else how the filter failed.
 pub fn rejection_names(judgement: &Judgement) -> impl Iterator<Item = &'static str> {
     let failure = match judgement.failure {
-        Some(Failure::NotAssessed(_)) => Some("not_assessed"),
+        Some(Failure::NotAssessed(_)) => Some(NOT_ASSESSED),
         Some(Failure::Panicked(_)) => Some("panic"),
         Some(Failure::OutOfTime) => Some(NOT_JUDGED),
-        None => None,
+        Some(Failure::NotNeeded) | None => None,
     };
     let rejected = !judgement.feasible;
     let metrics = judgement.metrics.iter().filter(move |metric| rejected && metric.risk > RiskLevel::Safe);

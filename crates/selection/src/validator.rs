@@ -2,9 +2,10 @@
 //!
 //! Owns the loaded filters with their memory. What it promises: the data-validity check comes first and always counts;
 //! every filter judges every candidate with valid data; an enforced filter that objects, cannot judge or panics keeps
-//! the candidate in; a shadow filter never does; a panic costs only the judgement it came with and leaves the filter
-//! usable; a judgement that contradicts itself counts as an objection; filters are evaluated in ascending order of their
-//! names.
+//! the candidate in; a shadow filter never does; where the settings want no full report, a filter without memory of
+//! candidates is not asked about one that is rejected already, which changes neither what is accepted nor any memory; a
+//! panic costs only the judgement it came with and leaves the filter usable; a judgement that contradicts itself counts as
+//! an objection; judgements are in ascending order of the filters' names.
 
 use crate::candidate::Candidate;
 use crate::data_validity;
@@ -36,6 +37,9 @@ pub struct LoadedFilter {
     name: &'static str,
     category: &'static str,
     enforcement: Enforcement,
+    /// Whether it has to judge every candidate for the sake of its memory.
+    remembers: bool,
+    cost_rank: u8,
     make: Make,
     /// Why the filter judges nothing until it is made anew, if it does not.
     broken: Option<String>,
@@ -130,6 +134,9 @@ pub type Stopwatch = fn() -> u64;
 #[derive(Debug)]
 pub struct Validator {
     filters: Vec<LoadedFilter>,
+    /// Places of the filters in the order in which a rejected candidate is found with the least effort: those that
+    /// have to judge it anyway, then the enforced ones, the cheapest first.
+    quickest: Vec<usize>,
     parameters: ValidatorParameters,
 }
 
@@ -140,7 +147,7 @@ impl Validator {
     /// # Errors
     /// A name that no filter has.
     pub fn new(parameters: ValidatorParameters, vehicle: &VehicleInfo) -> Result<Self, UnknownFilter> {
-        let mut validator = Self { filters: Vec::new(), parameters };
+        let mut validator = Self { filters: Vec::new(), quickest: Vec::new(), parameters };
         let enforced = validator.parameters.filter_names.clone();
         let shadow = validator.parameters.shadow_mode_filter_names.clone();
         let names = enforced.iter().map(|name| (name, Enforcement::Enforced));
@@ -150,26 +157,47 @@ impl Validator {
             }
             let class = FilterClass::find(name).ok_or_else(|| UnknownFilter { class_name: name.clone() })?;
             let (make, vehicle) = (class.make, *vehicle);
-            validator.load(
-                class.category(),
-                enforcement,
-                Arc::new(move |parameters: &ValidatorParameters| make(parameters, &vehicle)),
-            );
+            let make = Arc::new(move |parameters: &ValidatorParameters| make(parameters, &vehicle));
+            validator.add(class.category(), enforcement, make, (class.remembers, class.cost_rank));
         }
         Ok(validator)
     }
 
     /// Adds a filter that is not in the table, unless one of its name is loaded already. Filters of a deployment's own
-    /// come in this way.
+    /// come in this way; they judge every candidate, because they may have memory of it.
     pub fn load(&mut self, category: &'static str, enforcement: Enforcement, make: Make) {
+        self.add(category, enforcement, make, (true, u8::MAX));
+    }
+
+    fn add(
+        &mut self,
+        category: &'static str,
+        enforcement: Enforcement,
+        make: Make,
+        (remembers, cost_rank): (bool, u8),
+    ) {
         let filter = make(&self.parameters);
         let name = filter.name();
         if self.filters.iter().any(|loaded| loaded.name == name) {
             return;
         }
-        let (broken, lost_memory) = (None, None);
-        self.filters.push(LoadedFilter { filter, name, category, enforcement, make, broken, lost_memory });
+        self.filters.push(LoadedFilter {
+            filter,
+            name,
+            category,
+            enforcement,
+            remembers,
+            cost_rank,
+            make,
+            broken: None,
+            lost_memory: None,
+        });
         self.filters.sort_by_key(LoadedFilter::name);
+        self.quickest = (0..self.filters.len()).collect();
+        self.quickest.sort_by_key(|&index| {
+            let LoadedFilter { remembers, enforcement, cost_rank, .. } = self.filters[index];
+            (!remembers, enforcement == Enforcement::Shadow, cost_rank)
+        });
     }
 
     /// The loaded filters in order of evaluation.
@@ -200,7 +228,7 @@ impl Validator {
         }
     }
 
-    /// Judges one candidate with every filter. `times_ns[i]` grows by the time that filter `i` took; slots that are
+    /// Judges one candidate with every filter that is needed. `times_ns[i]` grows by the time that filter `i` took; slots that are
     /// not there are not measured.
     pub fn judge(
         &self,
@@ -213,9 +241,17 @@ impl Validator {
         let data_validity = data_validity::judge(scene, candidate);
         let mut judgements = SmallVec::new();
         if data_validity.feasible {
+            judgements.extend(self.filters.iter().map(|_| Judgement::not_needed()));
+            let mut is_rejected = false;
             let mut started = stopwatch();
-            for (index, loaded) in self.filters.iter().enumerate() {
-                judgements.push(judge_with(loaded, scene, candidate, scratch));
+            for &index in &self.quickest {
+                let loaded = &self.filters[index];
+                if is_rejected && self.parameters.stop_at_first_rejection && !loaded.remembers {
+                    continue;
+                }
+                let judgement = judge_with(loaded, scene, candidate, scratch);
+                is_rejected |= loaded.enforcement == Enforcement::Enforced && !judgement.feasible;
+                judgements[index] = judgement;
                 let ended = stopwatch();
                 if let Some(time) = times_ns.get_mut(index) {
                     *time += ended.saturating_sub(started);

@@ -121,6 +121,8 @@ pub enum Failure {
     Panicked(String),
     /// The cycle's budget was used up before the candidate's turn came; no filter saw it.
     OutOfTime,
+    /// An enforced filter had rejected the candidate already, and the settings ask for no more than that.
+    NotNeeded,
 }
 
 impl fmt::Display for Failure {
@@ -128,6 +130,9 @@ impl fmt::Display for Failure {
         match self {
             Self::NotAssessed(why) => f.write_str(why),
             Self::Panicked(what) => write!(f, "panic: {what}"),
+            Self::NotNeeded => {
+                f.write_str("not assessed: an enforced filter had rejected the candidate already")
+            }
             Self::OutOfTime => f.write_str("not judged: the budget of the cycle was used up"),
         }
     }
@@ -186,11 +191,23 @@ impl Judgement {
         Self { failure: Some(Failure::Panicked(what)), ..Self::default() }
     }
 
+    /// The filter was not asked: the candidate is rejected already.
+    #[must_use]
+    pub fn not_needed() -> Self {
+        Self { failure: Some(Failure::NotNeeded), ..Self::default() }
+    }
+
+    /// Whether the filter looked at the candidate, or should have.
+    #[must_use]
+    pub fn was_needed(&self) -> bool {
+        self.failure != Some(Failure::NotNeeded)
+    }
+
     /// Worst risk of the measurements; DANGER where the filter could not judge, FATAL where it panicked.
     #[must_use]
     pub fn risk(&self) -> RiskLevel {
         match self.failure {
-            Some(Failure::NotAssessed(_) | Failure::OutOfTime) => RiskLevel::Danger,
+            Some(Failure::NotAssessed(_) | Failure::OutOfTime | Failure::NotNeeded) => RiskLevel::Danger,
             Some(Failure::Panicked(_)) => RiskLevel::Fatal,
             None => RiskLevel::worst(self.metrics.iter().map(|metric| metric.risk)),
         }
@@ -201,7 +218,7 @@ impl Judgement {
     pub fn reason(&self) -> Option<Cow<'_, str>> {
         match &self.failure {
             Some(Failure::NotAssessed(why)) => Some(Cow::Borrowed(why)),
-            Some(failure @ (Failure::Panicked(_) | Failure::OutOfTime)) => {
+            Some(failure @ (Failure::Panicked(_) | Failure::OutOfTime | Failure::NotNeeded)) => {
                 Some(Cow::Owned(failure.to_string()))
             }
             None if self.feasible => None,

@@ -147,6 +147,7 @@ fn outcome(loaded: &LoadedFilter, judgement: &Judgement, place: &str) -> Result<
         }
         Some(Failure::Panicked(what)) => panic!("{place}: {what}"),
         Some(Failure::OutOfTime) => panic!("there is no deadline here"),
+        Some(Failure::NotNeeded) => panic!("{place}: every filter is to be asked"),
         None => {
             assert_eq!(words.is_some(), !judgement.feasible, "{place}");
             assert_eq!(judgement.evidence.is_some(), !judgement.feasible, "{place}");

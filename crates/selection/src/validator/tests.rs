@@ -135,6 +135,76 @@ fn all_filters_judge_in_order_of_their_names() {
     assert_eq!(judge(&validator, &candidate_of(straight(5, 5.0))).judgements.len(), 2, "no short-circuit");
 }
 
+/// Filters with their cost rank; those whose name begins with `m` remember.
+fn stopping_early(filters: &[(Script, u8)]) -> Validator {
+    let parameters = ValidatorParameters { stop_at_first_rejection: true, ..no_filters() };
+    let mut validator = Validator::new(parameters, &VehicleInfo::default()).unwrap();
+    for &((name, enforcement, judge), cost_rank) in filters {
+        let make = scripted(name, judge, nothing, |_| ());
+        validator.add("safety", enforcement, make, (name.starts_with('m'), cost_rank));
+    }
+    validator
+}
+
+#[test]
+fn where_no_full_report_is_wanted_a_rejected_candidate_is_shown_to_those_who_remember_only() {
+    use Enforcement::*;
+    let asked = |filters: &[(Script, u8)]| -> Vec<bool> {
+        let verdict = judge(&stopping_early(filters), &candidate_of(straight(5, 5.0)));
+        verdict.judgements.iter().map(Judgement::was_needed).collect()
+    };
+    let must_not: fn(&Candidate) -> Judgement = |_| panic!("must not be asked");
+    // Judgements come in the order of the names, whoever is asked first.
+    assert_eq!(
+        asked(&[(("a", Enforced, must_not), 9), (("b", Enforced, reject), 1), (("c", Shadow, must_not), 0)]),
+        [false, true, false],
+        "the cheapest enforced filter first, shadow filters last"
+    );
+    assert_eq!(asked(&[(("a", Shadow, reject), 0), (("b", Enforced, accept), 1)]), [true, true]);
+    assert_eq!(
+        asked(&[
+            (("a", Enforced, must_not), 0),
+            (("m1", Enforced, reject), 5),
+            (("m2", Enforced, reject), 6),
+            (("m3", Shadow, accept), 7),
+        ]),
+        [false, true, true, true],
+        "whoever remembers sees every candidate"
+    );
+    // A filter of a deployment's own may remember: it is always asked.
+    let mut own = stopping_early(&[(("m", Enforced, reject), 0)]);
+    own.load("", Shadow, scripted("own", accept, nothing, |_| ()));
+    assert!(judge(&own, &candidate_of(straight(5, 5.0))).judgements.iter().all(Judgement::was_needed));
+}
+
+#[test]
+fn a_filter_that_was_not_asked_is_reported_as_such_and_counts_as_nothing() {
+    use Enforcement::*;
+    let validator = stopping_early(&[(("a", Shadow, reject), 1), (("b", Enforced, reject), 0)]);
+    let candidates = [candidate_of(straight(5, 5.0))];
+    let verdict = judge(&validator, &candidates[0]);
+    assert!(!verdict.accepted && !verdict.feasible && verdict.risk == RiskLevel::Danger);
+    assert_eq!(report::rejection_names(&verdict.judgements[0]).count(), 0);
+    let verdicts = [verdict];
+    let summaries = report::filter_summaries(&validator, &verdicts);
+    let counts: Vec<_> = summaries.iter().map(|summary| (summary.judged, summary.rejected)).collect();
+    assert_eq!(counts, [(1, 0), (0, 0), (1, 1)], "data validity, a, b");
+    let reports = report::validation_reports(&validator, &candidates, &verdicts).reports;
+    let of_a: Vec<_> = reports[0].metrics.iter().filter(|metric| metric.validator_name == "a").collect();
+    assert_eq!((of_a.len(), &*of_a[0].metric_name), (1, report::NOT_ASSESSED), "no word on feasibility");
+    assert!(validator.filters()[0].explain(&verdicts[0].judgements[0]).unwrap().starts_with("not assessed"));
+}
+
+#[test]
+fn filters_with_memory_of_candidates_say_so() {
+    // Whoever adds a filter that folds memory of candidates has to say so here and in the table.
+    let remembering = CLASSES.iter().filter(|class| class.remembers).map(|class| class.short_name);
+    assert_eq!(
+        remembering.collect::<Vec<_>>(),
+        ["crosswalk_filter", "traffic_light_filter", "uncrossable_boundary_departure_filter"]
+    );
+}
+
 #[test]
 fn invalid_data_is_rejected_whatever_the_filters_say_and_no_filter_sees_it() {
     let validator = validator(&[("a", Enforcement::Enforced, |_| panic!("must not be asked"))]);
