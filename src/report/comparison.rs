@@ -2,7 +2,8 @@
 //!
 //! A stage's change is the ratio of the medians, B over A. How far that may be chance is estimated by a bootstrap in two
 //! levels: whole runs are drawn with replacement, and within each run blocks of consecutive cycles, because neighbouring
-//! cycles resemble each other and runs differ as wholes. A stage got slower or faster if 99 of 100 such draws lie on one
+//! cycles resemble each other and runs differ as wholes. Of both profiles the same blocks are drawn: cycles of a drive
+//! differ, but the same cycle is in both. A stage got slower or faster if 99 of 100 such draws lie on one
 //! side of 1 and the change is more than [`NEGLIGIBLE`]; it stayed the same if 99 of 100 lie within [`SAME`] of 1; else
 //! the runs are too noisy to tell. The draws are the same every time.
 
@@ -115,7 +116,11 @@ fn change(a: &[Vec<f64>], b: &[Vec<f64>]) -> Option<StageChange> {
     // Where a stage takes no time at all there is nothing to compare.
     let ratio_of = |b: f64, a: f64| if a > 0.0 { b / a } else { 1.0 };
     let mut draw = Draw(0x5eed);
-    let mut ratios: Vec<f64> = (0..DRAWS).map(|_| ratio_of(draw.median(&b), draw.median(&a))).collect();
+    let mut ratio_of_draw = || {
+        let blocks = draw.fork();
+        ratio_of(draw.median(&b, blocks.clone()), draw.median(&a, blocks))
+    };
+    let mut ratios: Vec<f64> = (0..DRAWS).map(|_| ratio_of_draw()).collect();
     ratios.sort_by(f64::total_cmp);
     let (ratio, low, high) = (ratio_of(b_p50_us, a_p50_us), ratios[CUT_OFF], ratios[DRAWS - 1 - CUT_OFF]);
     Some(StageChange { a_p50_us, b_p50_us, ratio, low, high, verdict: verdict(ratio, low, high) })
@@ -143,26 +148,36 @@ fn thinned(runs: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Draws with replacement; SplitMix64.
+#[derive(Debug, Clone)]
 struct Draw(u64);
 
 impl Draw {
-    fn below(&mut self, end: usize) -> usize {
+    fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % end as u64) as usize
+        z ^ (z >> 31)
     }
 
-    /// The median of one draw: as many runs as there are, of each as many blocks as fill it.
-    fn median(&mut self, runs: &[Vec<f64>]) -> f64 {
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end as u64) as usize
+    }
+
+    /// Draws that are independent of the further ones of this.
+    fn fork(&mut self) -> Self {
+        Self(self.next())
+    }
+
+    /// The median of one draw: as many runs as there are, of each as many blocks as fill it, where `blocks` says.
+    fn median(&mut self, runs: &[Vec<f64>], mut blocks: Self) -> f64 {
         let mut drawn = Vec::with_capacity(runs.len() * MOST_SAMPLES);
         for _ in runs {
             let run = &runs[self.below(runs.len())];
             let block = (run.len() as f64).sqrt().ceil() as usize;
             let end = drawn.len() + run.len();
             while drawn.len() < end {
-                let start = self.below(run.len() - block + 1);
+                let start = blocks.below(run.len() - block + 1);
                 drawn.extend_from_slice(&run[start..start + block]);
             }
             drawn.truncate(end);
@@ -224,6 +239,17 @@ mod tests {
     fn runs_that_differ_among_themselves_tell_nothing() {
         let change = change(&runs(100.0, 0.4, 3), &runs(110.0, 0.4, 4)).unwrap();
         assert_eq!(change.verdict, Change::Unclear, "{change:?}");
+    }
+
+    #[test]
+    fn cycles_that_differ_among_themselves_are_held_against_their_like() {
+        let uneven = |seed| {
+            let mut runs = runs(100.0, 0.01, seed);
+            runs.iter_mut().for_each(|run| (1..).zip(run).for_each(|(cycle, us)| *us *= f64::from(cycle)));
+            runs
+        };
+        let change = change(&uneven(5), &uneven(6)).unwrap();
+        assert_eq!(change.verdict, Change::Same, "{change:?}");
     }
 
     #[test]
