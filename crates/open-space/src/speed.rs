@@ -208,7 +208,8 @@ impl SpeedProfile {
 const EXCESS_STEP_S: f64 = 0.01;
 
 /// Fastest comfortable motion along the path that `cap` is for, from `start` (at the path's start, moving along it or
-/// standing) to rest at its end.
+/// standing) to rest at its end. `stop` is asked before each program but the first that a rolling start needs: the best
+/// there is then is the answer.
 ///
 /// # Errors
 /// Rolling too fast for the path, or for stopping before its end. From standstill there is always a profile.
@@ -217,6 +218,7 @@ pub fn plan_speed(
     start: SpeedState,
     limits: &SpeedLimits,
     parameters: &SpeedParameters,
+    stop: &mut dyn FnMut() -> bool,
 ) -> Result<SpeedProfile, SpeedError> {
     let allowed_mps = cap.at(0.0).min(limits.max_speed_mps);
     if start.speed_mps > allowed_mps {
@@ -225,14 +227,7 @@ pub fn plan_speed(
     if start.speed_mps == 0.0 && cap.is_uniform() {
         return Ok(rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: allowed_mps, ..*limits }));
     }
-    let planned = Rounds::new(cap, start, limits, parameters).run();
-    if start.speed_mps > 0.0 {
-        return planned
-            .ok_or(SpeedError::CannotStop { speed_mps: start.speed_mps, length_m: cap.length_m() });
-    }
-    // The program prefers a gentle motion to an early arrival; never let it be later than creeping all the way.
-    let creeping = rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..*limits });
-    Ok(planned.filter(|planned| planned.duration_s() < creeping.duration_s()).unwrap_or(creeping))
+    Rounds::new(cap, start, limits, parameters).run(stop)
 }
 
 #[cfg(test)]

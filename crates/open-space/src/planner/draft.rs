@@ -107,7 +107,10 @@ impl<'a> Draft<'a> {
                 return Ok(None);
             }
             let start = if runs.is_empty() { self.start_along(path)? } else { SpeedState::default() };
-            runs.push(Run::new(path.clone(), start, self.problem, &self.parameters.speed, timing)?);
+            runs.push(Run::new(path.clone(), start, self.problem, &self.parameters.speed, timing, stop)?);
+        }
+        if stop() {
+            return Ok(None);
         }
         Ok(Some(runs))
     }

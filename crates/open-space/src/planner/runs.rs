@@ -49,6 +49,7 @@ impl Run {
         problem: &Problem,
         parameters: &SpeedParameters,
         timing: Timing,
+        stop: &mut dyn FnMut() -> bool,
     ) -> Result<Self, SpeedError> {
         let limits = limits_in(path.gear(), &problem.limits);
         let steer_rate_rps = STEER_RATE_ROOM * problem.limits.max_steer_rate_rps;
@@ -57,7 +58,7 @@ impl Run {
         let profile = if timing == Timing::Quick && start.speed_mps == 0.0 {
             rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..limits })
         } else {
-            plan_speed(&cap, start, &limits, parameters)?
+            plan_speed(&cap, start, &limits, parameters, stop)?
         };
         Ok(Self { path, profile })
     }

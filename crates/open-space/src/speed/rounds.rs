@@ -1,7 +1,7 @@
 //! Solves the speed program again and again: with caps about where the vehicle is when, and a horizon cut to fit.
 
 use super::piecewise_jerk::{CapLine, PiecewiseJerkProblem};
-use super::{SpeedCap, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
+use super::{SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
 use crate::tolerance::SPEED_GAIN;
 
 /// Most programs solved for one profile.
@@ -36,14 +36,17 @@ impl<'a> Rounds<'a> {
         Self { cap, start, limits, parameters, spacing_s: SPACING_S.min(shortest_s / FEWEST_INTERVALS) }
     }
 
-    /// The fastest profile found; `None` if no program had a solution within the limits.
-    pub(super) fn run(&self) -> Option<SpeedProfile> {
+    pub(super) fn run(&self, stop: &mut dyn FnMut() -> bool) -> Result<SpeedProfile, SpeedError> {
         let mut positions = self.cap.fastest(self.start.speed_mps, self.limits, self.spacing_s);
         let mut intervals = positions.len() * 3 / 2 + self.intervals(self.settling_s());
         let mut solved_intervals = None;
         let mut caution = 1.0;
-        let mut best: Option<SpeedProfile> = None;
+        let mut best = self.steady();
+        let mut last_s = f64::INFINITY;
         for _ in 0..ROUNDS {
+            if best.is_some() && stop() {
+                break;
+            }
             let Some((profile, next)) = self.solve(&positions, intervals, caution) else {
                 intervals = match solved_intervals {
                     Some(solved) if intervals + 1 < solved => (intervals + solved).div_ceil(2),
@@ -68,17 +71,23 @@ impl<'a> Rounds<'a> {
                 caution /= 1.02 * excess;
                 continue;
             };
-            let before_s = best.as_ref().map_or(f64::INFINITY, SpeedProfile::duration_s);
-            let gained = profile.duration_s() < before_s;
-            let settled = profile.duration_s() > (1.0 - SPEED_GAIN) * before_s;
-            if gained {
+            let before_s = last_s;
+            last_s = profile.duration_s();
+            if best.as_ref().is_none_or(|best| last_s < best.duration_s()) {
                 best = Some(profile);
             }
-            if settled {
+            if last_s > (1.0 - SPEED_GAIN) * before_s {
                 break;
             }
         }
-        best
+        let (speed_mps, length_m) = (self.start.speed_mps, self.cap.length_m());
+        best.ok_or(SpeedError::CannotStop { speed_mps, length_m })
+    }
+
+    /// From rest, never faster than the slowest place of the path allows. What takes longer is not worth having.
+    fn steady(&self) -> Option<SpeedProfile> {
+        let limits = SpeedLimits { max_speed_mps: self.cap.lowest_mps(), ..*self.limits };
+        (self.start.speed_mps == 0.0).then(|| super::rest_to_rest(self.cap.length_m(), &limits))
     }
 
     /// Time to come to rest from where the vehicle has arrived, generously, s.

@@ -110,7 +110,8 @@ fn caps_slow_the_vehicle_down_only_where_they_are() {
     let mut caps = vec![1.0; 60];
     caps[28..32].fill(0.3);
     let cap = SpeedCap::new(0.1, caps, &limits);
-    let profile = plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default()).unwrap();
+    let profile =
+        plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default(), &mut || false).unwrap();
     assert_keeps(&profile, &cap, SpeedState::default(), &limits);
     let free_s = rest_to_rest(6.0, &limits).duration_s();
     assert!(profile.duration_s() > free_s);
@@ -122,18 +123,32 @@ fn a_rolling_vehicle_stops_or_says_that_it_cannot() {
     let limits = SpeedLimits { max_speed_mps: 2.0, max_acceleration_mps2: 1.0, max_jerk_mps3: 2.0 };
     let start = SpeedState { speed_mps: 0.8, ..SpeedState::default() };
     let cap = SpeedCap::new(0.1, vec![2.0; 40], &limits);
-    let profile = plan_speed(&cap, start, &limits, &SpeedParameters::default()).unwrap();
+    let profile = plan_speed(&cap, start, &limits, &SpeedParameters::default(), &mut || false).unwrap();
     assert_keeps(&profile, &cap, start, &limits);
     let short = SpeedCap::new(0.1, vec![2.0; 3], &limits);
     assert!(matches!(
-        plan_speed(&short, start, &limits, &SpeedParameters::default()),
+        plan_speed(&short, start, &limits, &SpeedParameters::default(), &mut || false),
         Err(SpeedError::CannotStop { .. })
     ));
     let slow = SpeedCap::new(0.1, vec![0.5; 40], &limits);
     assert!(matches!(
-        plan_speed(&slow, start, &limits, &SpeedParameters::default()),
+        plan_speed(&slow, start, &limits, &SpeedParameters::default(), &mut || false),
         Err(SpeedError::TooFastAtStart { .. })
     ));
+}
+
+#[test]
+fn stopped_at_once_the_steady_profile_is_the_answer() {
+    let limits = SpeedLimits { max_speed_mps: 2.0, max_acceleration_mps2: 1.0, max_jerk_mps3: 2.0 };
+    let mut caps = vec![2.0; 60];
+    caps[28..32].fill(0.3);
+    let cap = SpeedCap::new(0.1, caps, &limits);
+    let plan = |stop: &mut dyn FnMut() -> bool| {
+        plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default(), stop).unwrap()
+    };
+    let steady = rest_to_rest(6.0, &SpeedLimits { max_speed_mps: 0.3, ..limits });
+    assert_eq!(plan(&mut || true), steady);
+    assert!(plan(&mut || false).duration_s() < 0.8 * steady.duration_s());
 }
 
 proptest! {
@@ -149,7 +164,7 @@ proptest! {
             SpeedLimits { max_speed_mps: speed, max_acceleration_mps2: acceleration, max_jerk_mps3: jerk };
         let caps = caps.into_iter().flat_map(|(count, cap)| vec![f64::min(cap, speed); count]).collect();
         let cap = SpeedCap::new(step, caps, &limits);
-        let profile = plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default()).unwrap();
+        let profile = plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default(), &mut || false).unwrap();
         assert_keeps(&profile, &cap, SpeedState::default(), &limits);
         // Not slower than creeping at the lowest cap.
         let creep = rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..limits });
