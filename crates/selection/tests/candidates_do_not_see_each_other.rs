@@ -39,13 +39,15 @@ fn user(number: usize, &(is_walking, (x, y), speed_mps, yaw_rate_rps): &User) ->
     object
 }
 
-/// In each cycle the users are a little farther, and one more of them is seen.
+/// In each cycle the users are a little farther and in another order, so that nothing kept about a place among them is
+/// true of the next one; in the last cycle one of them is gone.
 fn scene_with(cycle: usize, users: &[User]) -> Scene {
     let mut scene = world(START_S + cycle as i32);
-    let seen = &users[..users.len().min(users.len() - CYCLES + 1 + cycle)];
-    let moved =
-        seen.iter().map(|&(walks, (x, y), speed, rate)| (walks, (x + speed * cycle as f64, y), speed, rate));
-    let objects = moved.enumerate().map(|(number, moved)| user(number, &moved)).collect();
+    let mut users = users.to_vec();
+    users.rotate_left(cycle);
+    users.truncate(if cycle + 1 == CYCLES { users.len() - 1 } else { users.len() });
+    users.iter_mut().for_each(|(_, (x, _), speed_mps, _)| *x += *speed_mps * cycle as f64);
+    let objects = users.iter().enumerate().map(|(number, moved)| user(number, moved)).collect();
     scene.objects = Some(Arc::new(PredictedObjects { header: header(START_S + cycle as i32), objects }));
     scene
 }
