@@ -7,13 +7,21 @@ use messages::builtin_interfaces::{Duration, Time};
 use messages::geometry_msgs::{Point, Pose, Quaternion};
 use messages::std_msgs::{Header, Text};
 use messages::unique_identifier_msgs::Uuid;
+use open_space::partition::Part;
 use open_space::stage::Command;
-use open_space::stitcher::{DiscretizedPoint, DiscretizedTrajectory};
+use open_space::stitcher::DiscretizedPoint;
 use std::sync::Arc;
 
 /// Identities of the two generators, readable in a dump.
 const GENERATOR_ID: Uuid = Uuid { uuid: *b"OpenSpacePlanner" };
 const STOP_GENERATOR_ID: Uuid = Uuid { uuid: *b"OpenSpacePl_Stop" };
+
+/// Steps of a candidate are at least this long, m, where it moves. Not much longer: its intervals would become uneven, and
+/// with them the rates that are estimated from it.
+const SHORTEST_STEP_M: f64 = 1e-4;
+
+/// Points that a candidate has at least.
+const FEWEST_POINTS: usize = 2;
 
 /// When and where a command holds.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,9 +39,9 @@ pub(super) struct Placement<'a> {
 pub(super) fn to_message(command: Option<&Command>, at: &Placement<'_>) -> CandidateTrajectories {
     let candidate = match command {
         None | Some(Command::Stop(None)) => None,
-        Some(Command::Stop(Some(stop))) => Some((STOP_GENERATOR_ID, stop)),
-        Some(Command::Follow(part)) => Some((GENERATOR_ID, &part.trajectory)),
-        Some(Command::Brake { trajectory, .. }) => Some((GENERATOR_ID, trajectory)),
+        Some(Command::Stop(Some(stop))) => Some((STOP_GENERATOR_ID, stop.points.clone())),
+        Some(Command::Follow(part)) => Some((GENERATOR_ID, until_stop(part))),
+        Some(Command::Brake { trajectory, .. }) => Some((GENERATOR_ID, trajectory.points.clone())),
     };
     let info = |(generator_id, name): (Uuid, &str)| GeneratorInfo {
         generator_id,
@@ -41,24 +49,47 @@ pub(super) fn to_message(command: Option<&Command>, at: &Placement<'_>) -> Candi
     };
     CandidateTrajectories {
         candidate_trajectories: candidate
-            .map(|(generator_id, trajectory)| candidate_of(generator_id, trajectory, at))
+            .map(|(generator_id, points)| candidate_of(generator_id, &points, at))
             .into_iter()
             .collect(),
         generator_info: [(GENERATOR_ID, GENERATOR), (STOP_GENERATOR_ID, STOP_GENERATOR)].map(info).into(),
     }
 }
 
-/// From where the vehicle is; what lies behind it is left out.
+/// From where the vehicle is up to where it stands next, as far as it moves: points in one place have no direction, and
+/// whoever reads curvature from places would see the wheels jump there.
+fn until_stop(part: &Part) -> Vec<DiscretizedPoint> {
+    let points = &part.trajectory.points[part.until_stop(0.0)];
+    let mut moving: Vec<DiscretizedPoint> = Vec::with_capacity(points.len());
+    for point in points {
+        if moving.last().is_none_or(|before| step_m(before, point) >= SHORTEST_STEP_M) {
+            moving.push(*point);
+        }
+    }
+    if moving.len() < FEWEST_POINTS {
+        // It stands.
+        return points.to_vec();
+    }
+    if let Some((end, last)) = points.last().zip(moving.last_mut()) {
+        // Where it comes to rest, in place of what lies just before.
+        *last = *end;
+    }
+    moving
+}
+
+fn step_m(from: &DiscretizedPoint, to: &DiscretizedPoint) -> f64 {
+    from.path_point.zip(to.path_point).map_or(0.0, |(from, to)| from.pose.distance_m(&to.pose))
+}
+
 fn candidate_of(
     generator_id: Uuid,
-    trajectory: &DiscretizedTrajectory,
+    points: &[DiscretizedPoint],
     at: &Placement<'_>,
 ) -> Arc<CandidateTrajectory> {
-    let ahead = trajectory.points.iter().filter(|point| point.relative_time_s >= 0.0);
     Arc::new(CandidateTrajectory {
         header: Header { stamp: at.stamp, frame_id: at.frame_id.to_owned() },
         generator_id,
-        points: ahead.map(|point| point_of(point, at.z)).collect(),
+        points: points.iter().map(|point| point_of(point, at.z)).collect(),
         ..CandidateTrajectory::default()
     })
 }
@@ -85,8 +116,8 @@ mod tests {
     use super::*;
     use crate::provider::stand_ins::{point, vehicle};
     use open_space::Gear;
-    use open_space::partition::Part;
     use open_space::provider::stop_trajectory;
+    use open_space::stitcher::DiscretizedTrajectory;
 
     fn part(times: &[f64]) -> Command {
         let points = times.iter().map(|&time_s| DiscretizedPoint { speed_mps: -0.5, ..point(time_s, 3.0) });
@@ -113,6 +144,31 @@ mod tests {
         let first = candidate.points[0];
         assert_eq!((first.pose.position.x, first.pose.position.z), (3.0, 2.0));
         assert_eq!(first.longitudinal_velocity_mps, -0.5);
+    }
+
+    #[test]
+    fn a_plan_is_a_candidate_up_to_its_next_stop_as_far_as_it_moves() {
+        let place = |(index, x): (usize, f64)| {
+            let speed_mps = if x >= 3.0 { 0.0 } else { 1.0 };
+            DiscretizedPoint { speed_mps, ..point(index as f64, x) }
+        };
+        let points = [0.0, 1.0, 2.0, 2.99995, 3.0, 3.0, 3.0].into_iter().enumerate().map(place).collect();
+        let mut plan = DiscretizedTrajectory { points };
+        plan.points.push(DiscretizedPoint { speed_mps: 1.0, ..point(7.0, 4.0) });
+        let follow = |plan: &DiscretizedTrajectory| {
+            let part = Part { trajectory: plan.clone(), gear: Gear::Forward, first: 0 };
+            let message = to_message(Some(&Command::Follow(part)), &at());
+            let points = message.candidate_trajectories[0].points.clone();
+            points
+                .iter()
+                .map(|point| (point.time_from_start.seconds(), point.pose.position.x))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(follow(&plan), [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (4.0, 3.0)]);
+        for point in &mut plan.points {
+            point.relative_time_s -= 4.5;
+        }
+        assert_eq!(follow(&plan), [(0.5, 3.0), (1.5, 3.0)], "the wheels turn");
     }
 
     #[test]
