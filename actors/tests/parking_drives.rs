@@ -101,6 +101,7 @@ fn system(scene: &Scene) -> (SelectorSystem, Receiver<Publication>) {
         ),
         interface: Interface::V0_53,
         published_times: PublishedTimes::Zero,
+        count_allocations: None,
     };
     let parameters =
         ProviderParameters { open_space_planning_period: 1000.0, ..ProviderParameters::default() };
