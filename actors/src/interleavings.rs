@@ -1,29 +1,34 @@
 //! The protocol of buffer, sensors, scheduler, validation and publisher under every order of steps that a scheduler comes
 //! upon.
 //!
-//! What decides is the real code: [`Rule`], [`Custody`], the slots of the sensors and the concatenator. What carries
+//! What decides is the real code: [`Rule`](crate::scheduler::Rule), [`Custody`], the slots of the sensors and the concatenator. What carries
 //! messages between them is modelled: every owner has a thread of its own and a mailbox, where actix has one thread for
 //! all, so there are more orders here than there. Owners post without waiting, as `do_send` does; whoever brings
 //! candidates waits for room in the mailbox, which has room for one.
 //!
 //! Each scenario runs under so many random schedules, and as many adversarial ones, as `SELECTOR_SCHEDULES` says.
 
+mod mailbox;
+mod scheduler;
+
 use crate::cycle::Trigger;
 use crate::inlets::SensorSlots;
-use crate::scheduler::{Rule, SchedulerState, Start, Triggered};
+use crate::scheduler::{SchedulerState, Triggered};
 use crate::validation::Custody;
+use mailbox::Mailbox;
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
 use messages::builtin_interfaces::Time;
 use messages::nav_msgs::Odometry;
 use messages::std_msgs::Header;
 use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
+use scheduler::SchedulerActor;
 use selection::{Concatenator, Scene};
 use shuttle::rand::Rng;
+use shuttle::sync::Arc;
 use shuttle::sync::atomic::{AtomicI64, Ordering};
-use shuttle::sync::{Arc, Condvar, Mutex};
 use shuttle::thread::{self, JoinHandle, yield_now};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 const PERIOD_MS: i64 = 150;
@@ -39,44 +44,6 @@ fn schedules() -> usize {
 fn explore(scenario: impl Fn() + Send + Sync + Clone + 'static) {
     shuttle::check_random(scenario.clone(), schedules());
     shuttle::check_pct(scenario, schedules(), 3);
-}
-
-struct Mailbox<M> {
-    queue: Mutex<VecDeque<M>>,
-    moved: Condvar,
-}
-
-impl<M> Mailbox<M> {
-    fn new() -> Arc<Self> {
-        Arc::new(Self { queue: Mutex::new(VecDeque::new()), moved: Condvar::new() })
-    }
-
-    /// From one owner to another.
-    fn post(&self, message: M) {
-        self.queue.lock().unwrap().push_back(message);
-        self.moved.notify_all();
-    }
-
-    /// From outside: waits for room.
-    fn send(&self, message: M) {
-        let mut queue = self.queue.lock().unwrap();
-        while !queue.is_empty() {
-            queue = self.moved.wait(queue).unwrap();
-        }
-        queue.push_back(message);
-        self.moved.notify_all();
-    }
-
-    fn next(&self) -> M {
-        let mut queue = self.queue.lock().unwrap();
-        loop {
-            if let Some(message) = queue.pop_front() {
-                self.moved.notify_all();
-                return message;
-            }
-            queue = self.moved.wait(queue).unwrap();
-        }
-    }
 }
 
 /// Of each planner the number of its newest message.
@@ -314,111 +281,6 @@ impl Node {
     }
 }
 
-/// The scheduler's handlers, around the rule.
-struct SchedulerActor {
-    node: Node,
-    rule: Rule<u64>,
-    applied: u64,
-    running: u64,
-    collected: (Option<Newest>, Option<i64>),
-    waiting: Vec<Arc<Mailbox<SchedulerState>>>,
-}
-
-fn ms(time: Time) -> i64 {
-    time.nanoseconds() / 1_000_000
-}
-
-impl SchedulerActor {
-    fn run(mut self) {
-        loop {
-            match self.node.scheduler.next() {
-                ToScheduler::Triggered(triggered) => self.trigger(triggered),
-                ToScheduler::WakeUp => {
-                    let (now, before) = (self.node.now(), self.deadline());
-                    if self.rule.fire(now) {
-                        self.node.log(Event::Fired { now: ms(now), before, after: self.deadline() });
-                        self.trigger(Triggered::by_timer());
-                    }
-                }
-                ToScheduler::Fresh(number, newest) => {
-                    assert_eq!(number, self.running, "candidates of another cycle");
-                    self.collected.0 = Some(newest);
-                    self.hand_over();
-                }
-                ToScheduler::Snapshot(number, odometry) => {
-                    assert_eq!(number, self.running, "a scene of another cycle");
-                    self.collected.1 = Some(odometry);
-                    self.hand_over();
-                }
-                ToScheduler::CycleEnded => self.end(),
-                ToScheduler::Configure(version) => {
-                    if let Some(version) = self.rule.change(version) {
-                        self.configure(version);
-                    }
-                }
-                ToScheduler::WaitForIdle(reply) => self.answer_when_idle(reply),
-                ToScheduler::Finish(reply) => {
-                    self.rule.finish();
-                    self.answer_when_idle(reply);
-                }
-                ToScheduler::Stop => return,
-            }
-        }
-    }
-
-    fn answer_when_idle(&mut self, reply: Arc<Mailbox<SchedulerState>>) {
-        if self.rule.is_idle() { reply.post(self.rule.state()) } else { self.waiting.push(reply) }
-    }
-
-    fn deadline(&self) -> i64 {
-        ms(self.rule.state().deadline)
-    }
-
-    fn trigger(&mut self, triggered: Triggered) {
-        self.node.log(Event::Triggered);
-        if let Some(start) = self.rule.trigger(triggered) {
-            self.start(start);
-        }
-    }
-
-    fn start(&mut self, Start { number, triggered: Triggered { trigger, .. } }: Start) {
-        self.node.log(Event::Started { number, trigger, applied: self.applied });
-        self.running = number;
-        self.node.buffer.post(ToBuffer::TakeFresh(number));
-        self.node.sensors.post(ToSensors::TakeSnapshot(number));
-    }
-
-    fn hand_over(&mut self) {
-        if let (Some(newest), Some(odometry)) = &self.collected {
-            let (number, newest, odometry) = (self.running, newest.clone(), *odometry);
-            self.collected = (None, None);
-            self.node.log(Event::Collected { number, newest: newest.clone(), odometry });
-            self.node.validation.post(ToValidation::Cycle(number, newest));
-        }
-    }
-
-    fn end(&mut self) {
-        let (now, before) = (self.node.now(), self.deadline());
-        let ended = self.rule.end(now);
-        self.node.log(Event::Ended { number: self.running, now: ms(now), before, after: self.deadline() });
-        if let Some(version) = ended.changed {
-            self.configure(version);
-        }
-        if let Some(start) = self.rule.next() {
-            self.start(start);
-            return;
-        }
-        for waiting in self.waiting.drain(..) {
-            waiting.post(self.rule.state());
-        }
-    }
-
-    fn configure(&mut self, version: u64) {
-        self.applied = version;
-        self.node.validation.post(ToValidation::Set(version));
-    }
-}
-
 /// Runs a node among planners, a clock and somebody who changes parameters; stops it when all are done, or at any time.
 fn drive(stops_early: bool) -> (SchedulerState, Vec<Event>) {
     let node = Node {
@@ -447,14 +309,7 @@ fn drive(stops_early: bool) -> (SchedulerState, Vec<Event>) {
     ]
     .map(start)
     .into();
-    let scheduler = SchedulerActor {
-        rule: Rule::new(node.now(), PERIOD_MS),
-        node: node.clone(),
-        applied: 0,
-        running: 0,
-        collected: (None, None),
-        waiting: Vec::new(),
-    };
+    let scheduler = SchedulerActor::new(node.clone());
     owners.push(thread::spawn(move || scheduler.run()));
     let mut world: Vec<_> = [Node::run_clock, Node::run_settings].map(start).into();
     world.extend((0..PLANNERS).map(|planner| {
