@@ -1,6 +1,7 @@
 //! The way out into a file: writes what the node publishes, and counts it. Also the way out where nothing is written:
 //! then it only counts, and keeps times for whoever measures.
 
+use crate::allocations;
 use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
 use crate::report::markers::{MarkerTopic, Markers};
 use crate::report::page::Page;
@@ -21,8 +22,8 @@ use std::time::Duration;
 pub struct Recording {
     /// Counts and latencies.
     pub statistics: Statistics,
-    /// The cycle that somebody wants to look at, once it has come.
-    pub watched: Option<CycleReport>,
+    /// The cycle that somebody wants to look at, once it has come, with the time that it took.
+    pub watched: Option<(CycleReport, CycleTimes)>,
     /// The page for people, if one is wanted.
     pub page: Option<Page>,
     /// Draws into the file, if that is wanted.
@@ -146,11 +147,12 @@ impl Sink for Recorder {
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
         let mut recording = self.lock();
         let recording = &mut *recording;
+        recording.statistics.add(report, times);
+        let allocated = allocations::of_this_thread();
         if let (Some(markers), Some(writer)) = (&mut recording.markers, &mut recording.writer) {
             // A file that takes no more has been told by `publish`, or will be by `finish`.
             let _ = writer.draw(markers, report);
         }
-        recording.statistics.add(report, times);
         if let Some(deadline) = recording.deadline {
             let is_cut = matches!(&report.outcome, Outcome::Judged(judged) if judged.not_judged() > 0);
             recording.missed += u64::from(is_cut || times.cycle > deadline);
@@ -165,7 +167,8 @@ impl Sink for Recorder {
             page.add(report, times);
         }
         if recording.watch == Some(report.cycle.number) {
-            recording.watched = Some(report.clone());
+            recording.watched = Some((report.clone(), times));
         }
+        recording.statistics.set_aside(allocations::of_this_thread() - allocated);
     }
 }

@@ -1,6 +1,7 @@
 //! What a person or a script looks at after a run.
 
 pub mod comparison;
+mod document;
 pub mod explanation;
 pub mod filter_pictures;
 pub mod markers;

@@ -18,7 +18,7 @@ use messages::Interface;
 use messages::builtin_interfaces::Time;
 use motion::{VehicleDimensions, VehicleInfo};
 use selection::{Pipeline, Ranker, Validator};
-use selector_actors::cycle::CycleReport;
+use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{Clock, Config, Input, InputTopic, SelectorSystem, SystemError};
 use std::collections::BTreeMap;
@@ -89,8 +89,8 @@ pub struct Session {
 pub struct Ended {
     /// Counts, latencies, output.
     pub result: RunResult,
-    /// The cycle that was asked for, if it came.
-    pub watched: Option<CycleReport>,
+    /// The cycle that was asked for, if it came, with the time that it took.
+    pub watched: Option<(CycleReport, CycleTimes)>,
     /// The report page, if it was asked for; it lacks the result of the run.
     pub page: Option<Page>,
     /// What stopped the session early, if anything; what was done before stands.
@@ -144,7 +144,7 @@ impl Session {
             recorder.watch(cycle);
         }
         if self.page {
-            recorder.lock().page = Some(Page::new(validator_of(settings)?));
+            recorder.lock().page = Some(page_of(settings)?);
         }
         if self.markers {
             recorder.lock().markers = Some(Markers::new(validator_of(settings)?));
@@ -251,6 +251,11 @@ pub(crate) fn vehicle_of(settings: &Settings) -> Result<VehicleInfo, motion::Veh
 /// The filters that the settings load.
 pub(crate) fn validator_of(settings: &Settings) -> Result<Validator, Failure> {
     Ok(Validator::new(settings.validator.clone(), &vehicle_of(settings)?)?)
+}
+
+/// An empty report page for a run with these settings.
+pub(crate) fn page_of(settings: &Settings) -> Result<Page, Failure> {
+    Ok(Page::new(validator_of(settings)?, settings.selector.cycle_budget()))
 }
 
 /// A drive of which no candidate message can be decoded was judged by nobody, however smoothly it ran.

@@ -13,11 +13,10 @@ use crate::allocations;
 use crate::commands::Failure;
 use crate::commands::node::received;
 use crate::recorder::Recorder;
-use crate::report::page::Page;
 use crate::report::summary::{Input as InputSummary, RunResult};
 use crate::report::usage;
 use crate::scenario::load::{Load, LoadMessages};
-use crate::session::{Ended, validator_of, vehicle_of};
+use crate::session::{Ended, page_of, validator_of, vehicle_of};
 use crate::settings::Settings;
 use feed::Feed;
 use messages::Interface;
@@ -115,7 +114,7 @@ impl Stress {
             let mut recording = recorder.lock();
             recording.encode_as = Some(INTERFACE);
             recording.deadline = self.deadline;
-            recording.page = self.page.then(|| validator_of(settings).map(Page::new)).transpose()?;
+            recording.page = self.page.then(|| page_of(settings)).transpose()?;
         }
         let messages = self.load.messages();
         let mut feed = Feed::of(&messages);

@@ -93,6 +93,46 @@ fn of_a_recorded_drive() {
 }
 
 #[test]
+fn of_a_profile() {
+    let Some(drive) = shared("data/drives/crosswalk.mcap") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("profile.html");
+    let profile = ["profile", drive.to_str().unwrap(), "--runs", "2"];
+    let outcome = run(&[&profile[..], &["--report", page.to_str().unwrap()]].concat());
+    assert_eq!(outcome.exit_code, 0, "{}", outcome.stderr);
+    assert_page_shows(&outcome.json, &page);
+    // Gathering a page is the page's own affair: what the node allocates is counted without it.
+    let without = run(&profile);
+    let per_cycle = |json: &Value| json["allocations"]["per_cycle"].as_f64().unwrap();
+    let (with, without) = (per_cycle(&outcome.json), per_cycle(&without.json));
+    assert!((with - without).abs() < 0.02 * without, "{with} and {without} allocations per cycle");
+}
+
+#[test]
+fn of_one_explained_cycle() {
+    let Some(drive) = shared("data/drives/crosswalk.mcap") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("cycle.html");
+    let explain = ["explain", drive.to_str().unwrap(), "--cycle", "40"];
+    let all = run(&explain);
+    let candidates = all.json["candidates"].as_array().unwrap();
+    let wanted = candidates.last().unwrap();
+    let key = wanted["key"].as_str().unwrap();
+    let outcome = run(&[&explain[..], &["--candidate", key, "--report", page.to_str().unwrap()]].concat());
+    assert_eq!(outcome.exit_code, 0, "{}", outcome.stderr);
+    assert_eq!(outcome.json["candidates"], serde_json::json!([wanted]), "the page changes no word");
+    let Some(browser) = browser() else { return };
+    let seen = probe(browser, &page);
+    assert_eq!(number(&seen, &["cycles"]), 1);
+    assert_eq!(seen["opened"]["title"], format!("Cycle 40: {} candidates", candidates.len()));
+    let selected = seen["opened"]["selected"].as_str().unwrap();
+    assert!(selected.contains(wanted["generator"].as_str().unwrap()), "{selected}");
+    let accepted = candidates.iter().filter(|candidate| candidate["accepted"] == true).count();
+    assert_eq!(seen["counts"]["judged"], candidates.len().to_string());
+    assert_eq!(seen["counts"]["accepted"], accepted.to_string());
+}
+
+#[test]
 fn a_page_that_cannot_be_written_is_an_error_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let page = folder.path().join("no such folder/demo.html");

@@ -1,11 +1,12 @@
-//! `explain`: why each candidate of one cycle was accepted or rejected, in words and as a picture.
+//! `explain`: why each candidate of one cycle was accepted or rejected, in words, as a picture and as a page.
 
-use super::{Failure, JudgeArguments};
+use super::{Failure, JudgeArguments, summarise};
 use crate::drive::{Drive, Remap};
 use crate::report::explanation::{self, ExplainedCandidate, Explanation};
 use crate::report::picture::{self, Subject};
+use crate::report::statistics::Statistics;
 use crate::report::summary::Input;
-use crate::session::{Rate, Session, validator_of};
+use crate::session::{Rate, Session, page_of, validator_of};
 use clap::Args;
 use selector_actors::Outcome;
 use std::path::PathBuf;
@@ -25,6 +26,9 @@ pub struct ExplainArguments {
     /// Draw the cycle, with the wanted candidate, else the worst one, looked at closely.
     #[arg(long, value_name = "FILE.svg")]
     pub picture: Option<PathBuf>,
+    /// Write the cycle as one HTML page to this file: every verdict, every reason, the same candidate selected.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
@@ -65,9 +69,9 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         markers: false,
         progress: false,
     };
-    let ended = session.run(&settings, drive)?;
+    let mut ended = session.run(&settings, drive)?;
     let cycles: u64 = ended.result.statistics.cycles.values().sum();
-    let Some(report) = ended.watched else {
+    let Some((report, times)) = ended.watched.take() else {
         let broken = ended.errors.into_iter().next();
         return Err(broken.unwrap_or_else(|| {
             Failure::usage(format!("there is no cycle {}; the drive has 1 to {cycles}", arguments.cycle))
@@ -92,8 +96,9 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
     let is_wanted = |candidate: &ExplainedCandidate| {
         wanted.is_none_or(|name| candidate.generator.starts_with(name) || candidate.key.starts_with(name))
     };
+    let named = wanted.and_then(|_| explanation.candidates.iter().position(is_wanted));
+    let focus = named.unwrap_or_else(|| picture::worst(&explanation));
     if let Some(path) = &arguments.picture {
-        let named = wanted.and_then(|_| explanation.candidates.iter().position(is_wanted));
         let accepted = explanation.candidates.iter().filter(|candidate| candidate.accepted).count();
         let of = explanation.candidates.len();
         let picture = picture::draw(&Subject {
@@ -101,12 +106,23 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
             scene: &cycle.scene,
             candidates: &cycle.concatenated.candidates,
             explanation: &explanation,
-            focus: named.unwrap_or_else(|| picture::worst(&explanation)),
+            focus,
         });
         std::fs::write(path, picture).map_err(|error| {
             let path = path.display();
             Failure::output(format!("{path}: the picture cannot be written: {error}")).at(path)
         })?;
+    }
+    if let Some(path) = &arguments.report {
+        let mut page = page_of(&settings)?;
+        page.add(&report, times);
+        page.focus(focus);
+        ended.page = Some(page);
+        // The page shows one cycle; so do its tables.
+        ended.result.statistics = Statistics::default();
+        ended.result.statistics.add(&report, times);
+        let threads = arguments.judge.threads();
+        summarise("explain", ended, Vec::new(), &settings, threads, Some(path))?;
     }
     explanation.candidates.retain(is_wanted);
     Ok(explanation)

@@ -34,7 +34,7 @@ pub struct ProfileArguments {
     #[arg(value_name = "DRIVE", required_unless_present = "compare")]
     pub drive: Option<PathBuf>,
     /// Hold two results of `profile DRIVE --json` against each other instead: did B get faster or slower than A?
-    #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], conflicts_with_all = ["drive", "trace"])]
+    #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], conflicts_with_all = ["drive", "trace", "report"])]
     pub compare: Vec<PathBuf>,
     /// Runs over the drive; a comparison needs several, to know how much runs differ by chance.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -42,6 +42,9 @@ pub struct ProfileArguments {
     /// Write the last run as a trace for Perfetto or chrome://tracing to this file.
     #[arg(long, value_name = "FILE.json")]
     pub trace: Option<PathBuf>,
+    /// Write the last run as one HTML page to this file: every cycle, every verdict, every reason.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// Worst cycles that are told.
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub worst: usize,
@@ -90,8 +93,8 @@ pub fn run(arguments: &ProfileArguments) -> Result<ProfileReport, Failure> {
     let mut all = AllRuns::default();
     let mut last = None;
     for number in 1..=usize::from(arguments.runs) {
-        let traces = arguments.trace.is_some() && number == usize::from(arguments.runs);
-        let (ended, recorder) = run_once(arguments, drive, map.clone(), &settings, traces)?;
+        let is_last = number == usize::from(arguments.runs);
+        let (ended, recorder) = run_once(arguments, drive, map.clone(), &settings, is_last)?;
         all.add(&recorder.lock().samples.take().unwrap_or_default(), &ended.result.statistics, number);
         let broke = !ended.errors.is_empty();
         last = Some((ended, recorder));
@@ -112,7 +115,8 @@ pub fn run(arguments: &ProfileArguments) -> Result<ProfileReport, Failure> {
         (Some(trace), Some(path)) => Some(write_trace(&trace, path, &mut ended)?),
         _ => None,
     };
-    let summary = summarise("profile", ended, Vec::new(), &settings, arguments.judge.threads(), None)?;
+    let (threads, page) = (arguments.judge.threads(), arguments.report.as_deref());
+    let summary = summarise("profile", ended, Vec::new(), &settings, threads, page)?;
     Ok(ProfileReport { summary, runs: all.runs, worst: all.worst, samples_us: all.samples_us, trace })
 }
 
@@ -157,7 +161,7 @@ fn run_once(
     path: &Path,
     map: Option<Arc<Map>>,
     settings: &Settings,
-    traces: bool,
+    is_last: bool,
 ) -> Result<(Ended, Recorder), Failure> {
     let InterfaceChoice(interface) = arguments.interface;
     let drive = Drive::open(path, &arguments.remap, interface, map.is_none())?;
@@ -172,7 +176,7 @@ fn run_once(
         output: None,
         map,
         watch: None,
-        page: false,
+        page: arguments.report.is_some() && is_last,
         markers: false,
         progress: false,
     };
@@ -180,7 +184,7 @@ fn run_once(
     {
         let mut recording = recorder.lock();
         recording.samples = Some(Samples::default());
-        recording.trace = traces.then(|| Trace::new(Instant::now()));
+        recording.trace = (arguments.trace.is_some() && is_last).then(|| Trace::new(Instant::now()));
         recording.encode_as = Some(drive.interface());
     }
     let mut ended = session.measure(&recorder, settings, drive)?;

@@ -1,7 +1,7 @@
 //! The run as one self-contained HTML page: what the road looked like in each cycle, which candidates there were, and
 //! why each of them won or fell.
 //!
-//! Owns what the page shows; the page itself (`page/page.html`, `page/style.css`, `page/viewer.js`) only draws it.
+//! Owns what the page shows; the page itself (`page/body.html`, `page/style.css`, `page/viewer.js`) only draws it.
 //! Promises: the page loads nothing from elsewhere; it says the same numbers as the JSON of the run, because both come
 //! from the same summary; a drive of 20 s stays below 5 MB, because geometry is thinned to what an eye can tell apart
 //! (5 cm) and everything that repeats is written once.
@@ -14,20 +14,26 @@ use selection::Validator;
 use selection::validator::Enforcement;
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use serde::Serialize;
+use std::time::Duration;
 
+use super::document::Document;
 use super::summary::RunSummary;
 use codes::Origin;
 use cycles::{Cycles, CyclesOnPage};
 use scenery::{Scenery, SceneryOnPage};
 
-const PAGE: &str = include_str!("page/page.html");
-const STYLE: &str = include_str!("page/style.css");
-const VIEWER: &str = include_str!("page/viewer.js");
+const DOCUMENT: Document = Document {
+    style: include_str!("page/style.css"),
+    body: include_str!("page/body.html"),
+    viewer: include_str!("page/viewer.js"),
+};
 
 /// Gathers a run cycle by cycle.
 #[derive(Debug)]
 pub struct Page {
     validator: Validator,
+    budget: Duration,
+    focus: Option<usize>,
     origin: Option<Origin>,
     scenery: Scenery,
     cycles: Cycles,
@@ -37,6 +43,10 @@ pub struct Page {
 #[derive(Debug, Serialize)]
 struct OnPage<'a> {
     summary: &'a RunSummary,
+    /// The candidate that is looked at when the page opens, by its place in the first cycle.
+    focus: Option<usize>,
+    /// A cycle that took longer is marked, µs.
+    budget_us: u64,
     origin: [f64; 2],
     filters: Vec<FilterOnPage>,
     scenery: SceneryOnPage,
@@ -51,10 +61,18 @@ struct FilterOnPage {
 }
 
 impl Page {
-    /// An empty page; `validator` names the filters and words their judgements, it judges nothing.
+    /// An empty page; `validator` names the filters and words their judgements, it judges nothing. A cycle that took
+    /// longer than the budget is marked.
     #[must_use]
-    pub fn new(validator: Validator) -> Self {
-        Self { validator, origin: None, scenery: Scenery::default(), cycles: Cycles::default() }
+    pub fn new(validator: Validator, budget: Duration) -> Self {
+        Self {
+            validator,
+            budget,
+            focus: None,
+            origin: None,
+            scenery: Scenery::default(),
+            cycles: Cycles::default(),
+        }
     }
 
     /// Takes in one cycle.
@@ -62,6 +80,11 @@ impl Page {
         let origin = *self.origin.get_or_insert_with(|| Origin::of(&report.cycle));
         self.scenery.add(&report.cycle.scene);
         self.cycles.add(report, times, &self.validator, origin);
+    }
+
+    /// The page opens with this candidate of its first cycle selected.
+    pub fn focus(&mut self, candidate: usize) {
+        self.focus = Some(candidate);
     }
 
     /// The page, with the result of the whole run.
@@ -77,34 +100,16 @@ impl Page {
         });
         let data = OnPage {
             summary,
+            focus: self.focus,
+            budget_us: u64::try_from(self.budget.as_micros()).unwrap_or(u64::MAX),
             origin: origin.position(),
             filters: std::iter::once(validity).chain(loaded).collect(),
             scenery: self.scenery.finish(origin),
             cycles: self.cycles.finish(),
         };
-        // Within a script element only "</" could end the data early.
-        let data = serde_json::to_string(&data)?.replace("</", "<\\/");
         let title = format!("{} – {}", summary.common.command, summary.input.name);
-        Ok(fill(PAGE, &[("TITLE", &escaped(&title)), ("STYLE", STYLE), ("VIEWER", VIEWER), ("DATA", &data)]))
+        DOCUMENT.write(&title, &data)
     }
-}
-
-/// The template with each `{{NAME}}` replaced. Replacements are not searched again, so data cannot smuggle in a slot.
-pub(super) fn fill(template: &str, slots: &[(&str, &str)]) -> String {
-    let mut page = String::new();
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        page.push_str(before);
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        page.push_str(slots.iter().find(|(slot, _)| *slot == name).map_or("", |(_, text)| text));
-        rest = after;
-    }
-    page.push_str(rest);
-    page
-}
-
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Numbers repeated strings: each text is on the page once.

@@ -1,15 +1,17 @@
 //! A parking plan as one HTML page: the scene from above, the swept way coloured by gear, the vehicle at any time, and
 //! its speed, curvature and steering over time. Nothing is loaded from elsewhere.
 
-use super::page::{escaped, fill};
+use super::document::Document;
 use super::parking::ParkingReport;
 use open_space::collision::Rectangle;
 use open_space::{PlanarPose, Problem};
 use serde::Serialize;
 
-const PAGE: &str = include_str!("parking_page/page.html");
-const STYLE: &str = include_str!("parking_page/style.css");
-const VIEWER: &str = include_str!("parking_page/viewer.js");
+const DOCUMENT: Document = Document {
+    style: include_str!("parking_page/style.css"),
+    body: include_str!("parking_page/body.html"),
+    viewer: include_str!("parking_page/viewer.js"),
+};
 
 /// What the viewer reads. Metres and radians.
 #[derive(Debug, Serialize)]
@@ -44,8 +46,5 @@ pub fn write(problem: &Problem, report: &ParkingReport) -> Result<String, serde_
         goal: pose(&problem.goal),
         plan: report,
     };
-    // Within a script element only "</" could end the data early.
-    let data = serde_json::to_string(&data)?.replace("</", "<\\/");
-    let title = format!("park – {}", report.scene());
-    Ok(fill(PAGE, &[("TITLE", &escaped(&title)), ("STYLE", STYLE), ("VIEWER", VIEWER), ("DATA", &data)]))
+    DOCUMENT.write(&format!("park – {}", report.scene()), &data)
 }

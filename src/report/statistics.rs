@@ -40,7 +40,7 @@ impl Default for Latency {
 }
 
 impl Latency {
-    fn record(&mut self, took: Duration) {
+    pub(crate) fn record(&mut self, took: Duration) {
         self.0.saturating_record(u64::try_from(took.as_nanos()).unwrap_or(u64::MAX));
     }
 
@@ -137,6 +137,8 @@ pub struct Heap {
     /// At the end of the last cycle that still filled buffers for the first time.
     warm: Counted,
     now: Counted,
+    /// Made by those who look on, up to now; they count from the next cycle's end on.
+    own: u64,
 }
 
 /// Cycles after which buffers that are reused have their size.
@@ -150,7 +152,7 @@ struct Counted {
     all: u64,
     /// While candidates were judged.
     judging: u64,
-    /// For these statistics themselves.
+    /// For those who look on: these statistics, pages, traces, pictures.
     own: u64,
 }
 
@@ -162,6 +164,7 @@ impl Heap {
             self.now.judging += judged.shares.iter().map(|share| share.allocations).sum::<u64>();
         }
         self.now.cycles += 1;
+        self.now.own = self.own;
         self.now.all = allocations::of_all_threads();
         if self.now.cycles == 1 || self.now.cycles == WARM_UP_CYCLES {
             self.warm = self.now;
@@ -188,7 +191,12 @@ impl Statistics {
         self.heap.add(report);
         let allocated = allocations::of_this_thread();
         self.count(report, times);
-        self.heap.now.own += allocations::of_this_thread() - allocated;
+        self.set_aside(allocations::of_this_thread() - allocated);
+    }
+
+    /// So many allocations since the last cycle were made by somebody who looked on, and are none of the node's.
+    pub fn set_aside(&mut self, allocations: u64) {
+        self.heap.own += allocations;
     }
 
     fn count(&mut self, report: &CycleReport, times: CycleTimes) {

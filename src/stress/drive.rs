@@ -4,10 +4,9 @@ use super::{Memory, Pace, Stressed};
 use crate::commands::Failure;
 use crate::drive::{Drive, Event};
 use crate::recorder::Recorder;
-use crate::report::page::Page;
 use crate::report::summary::Input as InputSummary;
 use crate::report::usage;
-use crate::session::{Rate, Session, validator_of};
+use crate::session::{Rate, Session, page_of};
 use crate::settings::Settings;
 use messages::autoware_internal_planning_msgs::CandidateTrajectories;
 use selector_actors::Input;
@@ -48,7 +47,7 @@ impl DriveStress<'_> {
             let mut recording = recorder.lock();
             recording.encode_as = Some(drive.interface());
             recording.deadline = self.deadline;
-            recording.page = self.page.then(|| validator_of(settings).map(Page::new)).transpose()?;
+            recording.page = self.page.then(|| page_of(settings)).transpose()?;
         }
         let mut settings = settings.clone();
         if let Some(deadline) = self.deadline {

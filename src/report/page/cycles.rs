@@ -78,8 +78,8 @@ struct CycleOnPage {
 #[derive(Debug, Serialize)]
 struct ObjectOnPage(usize, u8, i64, i64, i64, Vec<i64>, Vec<(i64, Vec<i64>)>);
 
-/// `[generator, sample, state, path, judgements]`; state 0 rejected or not judged in time, 1 accepted, 2 accepted though a shadow filter
-/// objects.
+/// `[generator, sample, state, path, judgements]`; state 0 rejected, 1 accepted, 2 accepted though a shadow filter
+/// objects, 3 not judged in time.
 #[derive(Debug, Serialize)]
 struct CandidateOnPage(usize, u32, u8, usize, Vec<JudgementOnPage>);
 
@@ -164,10 +164,11 @@ impl Cycles {
         validator: &Validator,
         origin: Origin,
     ) -> CandidateOnPage {
-        let state = match (verdict.accepted, verdict.feasible) {
-            (false, _) => 0,
-            (true, true) => 1,
-            (true, false) => 2,
+        let state = match (verdict.is_judged(), verdict.accepted, verdict.feasible) {
+            (false, ..) => 3,
+            (true, false, _) => 0,
+            (true, true, true) => 1,
+            (true, true, false) => 2,
         };
         let validity = &verdict.data_validity;
         let mut judgements =

@@ -6,7 +6,7 @@
   const RISKS = ["safe", "low caution", "high caution", "danger", "fatal"];
   const CLASSES = ["unknown", "car", "truck", "bus", "trailer", "motorcycle", "bicycle", "pedestrian", "animal", "hazard", "over-drivable", "under-drivable"];
   const COLOURS = { 1: "#e0382b", 2: "#e9a100", 3: "#17a35a" };
-  const STATES = ["rejected", "accepted", "shadow"];
+  const STATES = ["rejected", "accepted", "shadow", "unjudged"], MARKS = ["✗", "✓", "✓", "–"], VERDICTS = ["rejected", "accepted", "accepted", "not judged in time"];
 
   /** Running sums of centimetre steps, as metres. */
   const decode = (steps) => {
@@ -38,7 +38,7 @@
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
   let colour = {};
   const readColours = () => {
-    for (const name of ["ground", "road", "border", "marking", "crosswalk", "accepted", "shadow", "rejected", "chosen", "ego", "object", "prediction", "violation", "anchor", "timer", "late", "ink", "soft", "paper", "line"]) colour[name] = css(name);
+    for (const name of ["ground", "road", "border", "marking", "crosswalk", "accepted", "shadow", "rejected", "unjudged", "chosen", "ego", "object", "prediction", "violation", "anchor", "timer", "late", "ink", "soft", "paper", "line"]) colour[name] = css(name);
   };
   const node = (tag, text, className) => {
     const made = document.createElement(tag);
@@ -55,7 +55,8 @@
   const number = (value) => value === "inf" ? "∞" : value === "-inf" ? "−∞" : value === null || value === undefined ? "–" : typeof value === "number" ? value.toLocaleString("en", { maximumFractionDigits: 3 }) : value;
   const milliseconds = (us) => us < 1000 ? `${Math.round(us)} µs` : `${(us / 1000).toFixed(us < 10000 ? 2 : 1)} ms`;
   const cycle = () => cycles[at];
-  const survivors = (c) => c.c.filter((candidate) => candidate[2] > 0).length;
+  const isAccepted = (state) => state === 1 || state === 2;
+  const survivors = (c) => c.c.filter((candidate) => isAccepted(candidate[2])).length;
   const isChosen = (index) => cycle().pick === index;
 
   // ---- drawing ------------------------------------------------------------------------------------------------
@@ -136,6 +137,7 @@
     }
   };
   const drawObjects = (pen, involved, after) => {
+    const labels = [];
     for (const [id, kind, x, y, yaw, outline, predictions] of cycle().o) {
       const hot = id === involved;
       pen.setLineDash([3, 4]);
@@ -153,23 +155,40 @@
         pen.stroke();
       }
       pen.setLineDash([]);
-      trace(pen, objectShape(outline, x / 100, y / 100, yaw / 1000), true);
+      const shape = objectShape(outline, x / 100, y / 100, yaw / 1000);
+      trace(pen, shape, true);
       pen.fillStyle = hot ? colour.violation : colour.object;
       pen.fill();
-      if (view.scale > 3) {
-        const [sx, sy] = toScreen(x / 100, y / 100);
-        pen.fillStyle = colour.soft;
-        pen.font = "11px system-ui, sans-serif";
-        pen.fillText(CLASSES[kind] || "object", sx + 8, sy - 8);
-      }
+      labels.push([CLASSES[kind] || "object", shape]);
     }
+    if (view.scale > 3) for (const [text, shape] of labels) drawLabel(pen, text, shape);
+  };
+  /** Readable on whatever is there. */
+  const drawText = (pen, text, x, y, ink) => {
+    pen.lineWidth = 3;
+    pen.strokeStyle = colour.ground;
+    pen.strokeText(text, x, y);
+    pen.fillStyle = ink;
+    pen.fillText(text, x, y);
+  };
+  /** Above a shape. */
+  const drawLabel = (pen, text, shape) => {
+    let left = Infinity, right = -Infinity, top = Infinity;
+    for (let i = 0; i < shape.length; i += 2) {
+      const [sx, sy] = toScreen(shape[i], shape[i + 1]);
+      left = Math.min(left, sx); right = Math.max(right, sx); top = Math.min(top, sy);
+    }
+    pen.font = "11px system-ui, sans-serif";
+    pen.textAlign = "center";
+    drawText(pen, text, (left + right) / 2, top - 4, colour.ink);
+    pen.textAlign = "start";
   };
   const drawCandidate = (pen, index, strength) => {
     const [, , state, path] = cycle().c[index], name = STATES[state], picked = isChosen(index);
     pen.globalAlpha = strength;
     pen.strokeStyle = picked ? colour.chosen : colour[name];
     pen.lineWidth = picked ? 5 : index === chosenCandidate || index === hovered ? 4 : 1.8;
-    pen.setLineDash(state === 0 ? [7, 5] : []);
+    pen.setLineDash(state === 0 ? [7, 5] : state === 3 ? [2, 5] : []);
     trace(pen, paths[path], false);
     pen.stroke();
     pen.setLineDash([]);
@@ -196,8 +215,8 @@
     const why = focus >= 0 && c[focus] ? objection(c[focus]) : -1;
     const evidence = why >= 0 ? c[focus][4][why][3] : null;
     drawObjects(pen, evidence ? evidence[5] : -2, evidence ? evidence[3] : null);
-    const order = c.map((_, index) => index).sort((a, b) => c[a][2] - c[b][2]);
-    for (const index of order) if (index !== focus && !isChosen(index)) drawCandidate(pen, index, focus >= 0 ? 0.25 : c[index][2] ? 0.9 : 0.6);
+    const order = c.map((_, index) => index).sort((a, b) => isAccepted(c[a][2]) - isAccepted(c[b][2]));
+    for (const index of order) if (index !== focus && !isChosen(index)) drawCandidate(pen, index, focus >= 0 ? 0.25 : isAccepted(c[index][2]) ? 0.9 : 0.6);
     for (const index of order) if (isChosen(index) && index !== focus) drawCandidate(pen, index, focus >= 0 ? 0.5 : 1);
     if (focus >= 0 && c[focus]) drawCandidate(pen, focus, 1);
     if (cycle().ego) {
@@ -219,9 +238,8 @@
       pen.beginPath();
       pen.arc(sx, sy, 7, 0, 7);
       pen.stroke();
-      pen.fillStyle = colour.violation;
       pen.font = "600 12px system-ui, sans-serif";
-      pen.fillText(`after ${(ms / 1000).toFixed(1)} s`, sx + 11, sy + 4);
+      drawText(pen, `after ${(ms / 1000).toFixed(1)} s`, sx + 11, sy + 18, colour.violation);
     }
     drawScale(pen, width, height);
   };
@@ -267,6 +285,7 @@
     headline.replaceChildren();
     const kept = survivors(c), of = c.c.length;
     headline.append(c.why ? `nothing judged: ${c.why.replaceAll("_", " ")}` : kept ? `${kept} of ${of} candidates may be driven` : `none of ${of} candidates may be driven`);
+    if (c.pick !== undefined) headline.append(node("small", `${generators[c.c[c.pick][0]]} #${c.c[c.pick][1]} is chosen`));
     const speed = c.ego ? `${(c.ego[3] / 100 * 3.6).toFixed(0)} km/h, ` : "";
     headline.append(node("small", `${speed}cycle ${c.n} started by ${c.a ? "an anchor" : "the timer"}, done after ${milliseconds(c.us)}`));
     headline.className = c.why || !kept ? "rejected-text" : "";
@@ -283,9 +302,9 @@
       option.setAttribute("aria-selected", String(index === chosenCandidate));
       const why = objection(candidate);
       option.append(
-        node("span", isChosen(index) ? "★" : state ? "✓" : "✗", `${name}-text`),
+        node("span", isChosen(index) ? "★" : MARKS[state], `${name}-text`),
         node("span", `${generators[generator]} #${sample}`),
-        node("span", why >= 0 ? short(filters[why]) : ""));
+        node("span", state === 3 ? VERDICTS[3] : why >= 0 ? short(filters[why]) : ""));
       option.addEventListener("click", () => select(index === chosenCandidate ? -1 : index));
       option.addEventListener("pointerenter", () => { hovered = index; draw(); });
       option.addEventListener("pointerleave", () => { hovered = -1; draw(); });
@@ -300,9 +319,12 @@
       return;
     }
     const [generator, sample, state, , judgements] = candidate;
-    detail.append(node("h2", `${generators[generator]} #${sample}: ${state ? "accepted" : "rejected"}${isChosen(chosenCandidate) ? ", chosen" : ""}`));
-    judgements.forEach(([verdict, text, numbers], index) => {
-      const { enforced } = filters[index], title = node("h3");
+    detail.append(node("h2", `${generators[generator]} #${sample}: ${VERDICTS[state]}${isChosen(chosenCandidate) ? ", chosen" : ""}`));
+    // Who objects comes first, and of those the filters whose objection counts.
+    const weight = ([verdict], index) => verdict === 1 ? 2 : filters[index].enforced ? 0 : 1;
+    const order = judgements.map((judgement, index) => [weight(judgement, index), index]).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    for (const [, index] of order) {
+      const [verdict, text, numbers] = judgements[index], { enforced } = filters[index], title = node("h3");
       const word = ["objects", "fine", "not assessed"][verdict];
       title.append(node("span", short(filters[index])), node("span", word, verdict === 1 ? "accepted-text" : enforced ? "rejected-text" : "shadow-text"));
       detail.append(title);
@@ -310,10 +332,10 @@
       if (numbers.length) {
         const table = node("table");
         table.append(row(["metric", "value", "limit", "risk"], "th"));
-        for (const [metric, value, limit, risk] of numbers) table.append(row([metrics[metric], number(value), number(limit), RISKS[risk]]));
+        for (const [metric, value, limit, risk] of numbers) table.append(row([metrics[metric].replaceAll("_", "_\u200b"), number(value), number(limit), RISKS[risk]]));
         detail.append(table);
       }
-    });
+    }
   };
   const select = (index) => {
     chosenCandidate = index;
@@ -341,14 +363,13 @@
   };
 
   // ---- whole run ----------------------------------------------------------------------------------------------
-  const period = 100000;
   const slowest = cycles.reduce((slow, c) => Math.max(slow, c.us), 1);
   const drawTimeline = () => {
     const [pen, width, height] = fitCanvas(timeline);
     pen.clearRect(0, 0, width, height);
     const step = width / Math.max(1, cycles.length);
     cycles.forEach((c, index) => {
-      pen.fillStyle = c.us > period ? colour.late : c.a ? colour.anchor : colour.timer;
+      pen.fillStyle = c.us > data.budget_us ? colour.late : c.a ? colour.anchor : colour.timer;
       const tall = Math.max(2, (height - 12) * Math.sqrt(c.us / slowest));
       pen.fillRect(index * step, height - 8 - tall, Math.max(1, step - 0.5), tall);
       if (c.why || !survivors(c)) { pen.fillStyle = colour.rejected; pen.fillRect(index * step, height - 6, Math.max(1, step - 0.5), 6); }
@@ -368,6 +389,10 @@
     fact("candidates judged", k.judged);
     fact("accepted", k.accepted);
     fact("rejected", k.rejected);
+    document.querySelector(".if-unjudged").hidden = !k.not_judged;
+    if (k.not_judged) fact("not judged in time", k.not_judged, true);
+    const late = cycles.filter((c) => c.us > data.budget_us).length;
+    if (late) fact(`cycles over ${milliseconds(data.budget_us)}`, late, true);
     const latency = summary.latency_us.cycle;
     if (latency) fact("p99 per cycle", milliseconds(latency.p99));
     for (const error of summary.errors) fact(error.message, error.code, true);
@@ -377,8 +402,9 @@
     let judged = 0, accepted = 0;
     for (const cycle of cycles) {
       for (const [generator, , state, , judgements] of cycle.c) {
+        if (state === 3) continue;
         judged++;
-        if (state) accepted++;
+        if (isAccepted(state)) accepted++;
         judgements.forEach(([verdict], filter) => {
           if (verdict === 1) return;
           const counts = tally.get(filter) || tally.set(filter, new Map()).get(filter);
@@ -411,18 +437,16 @@
     const BINS = 40, low = Math.log10(Math.max(1, cycles.reduce((fast, c) => Math.min(fast, c.us), Infinity))), high = Math.log10(slowest) + 1e-9, bins = new Array(BINS).fill(0);
     for (const c of cycles) bins[Math.min(BINS - 1, Math.floor(BINS * (Math.log10(Math.max(1, c.us)) - low) / Math.max(1e-9, high - low)))]++;
     const most = Math.max(...bins), ns = "http://www.w3.org/2000/svg", svg = document.createElementNS(ns, "svg");
-    svg.setAttribute("viewBox", "0 0 400 120");
+    svg.setAttribute("viewBox", "0 0 400 100");
     svg.setAttribute("preserveAspectRatio", "none");
-    const add = (tag, attributes, text) => {
-      const made = document.createElementNS(ns, tag);
-      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-      if (text) made.textContent = text;
-      svg.append(made);
-      return made;
-    };
-    bins.forEach((count, i) => add("rect", { x: i * 10 + 0.5, width: 9, y: 100 - 95 * count / most, height: 95 * count / most }));
-    for (const share of [0, 0.25, 0.5, 0.75, 1]) add("text", { x: Math.min(370, share * 400), y: 115 }, milliseconds(10 ** (low + share * (high - low))));
-    $("histogram").append(svg);
+    bins.forEach((count, i) => {
+      const bar = document.createElementNS(ns, "rect");
+      for (const [key, value] of Object.entries({ x: i * 10 + 0.5, width: 9, y: 100 - 95 * count / most, height: 95 * count / most })) bar.setAttribute(key, value);
+      svg.append(bar);
+    });
+    const scale = node("p", undefined, "scale");
+    for (const share of [0, 0.25, 0.5, 0.75, 1]) scale.append(node("span", milliseconds(10 ** (low + share * (high - low)))));
+    $("histogram").append(svg, scale);
   };
 
   // ---- input --------------------------------------------------------------------------------------------------
@@ -503,6 +527,7 @@
   if (cycles.length) {
     // The first cycle in which something was judged says more than the first cycle.
     show(Math.max(0, cycles.findIndex((c) => c.c.length)));
+    if (data.focus !== null) select(data.focus);
   } else {
     $("headline").textContent = "no cycle ran";
   }
