@@ -3,12 +3,12 @@
 
 use crate::allocations;
 use crate::bag::{self, BagError, McapWriter, QosProfile, TopicId};
+use crate::report::markers::scene_updates::{SceneUpdates, UpdateTopic};
 use crate::report::markers::{MarkerTopic, Markers};
 use crate::report::page::Page;
 use crate::report::samples::Samples;
 use crate::report::statistics::Statistics;
 use crate::report::trace::Trace;
-use messages::visualization_msgs::MarkerArray;
 use messages::{Interface, Message};
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::{Outcome, OutputTopic, Publication, Sink, SinkError};
@@ -27,7 +27,7 @@ pub struct Recording {
     /// The page for people, if one is wanted.
     pub page: Option<Page>,
     /// Draws into the file, if that is wanted.
-    pub markers: Option<Markers>,
+    pub drawing: Option<Drawing>,
     /// The time of every stage of every cycle, if wanted.
     pub samples: Option<Samples>,
     /// The trace, if one is wanted.
@@ -42,11 +42,27 @@ pub struct Recording {
     writer: Option<Writer>,
 }
 
+/// Draws cycles for RViz and for Foxglove.
+#[derive(Debug)]
+pub struct Drawing {
+    /// For both.
+    pub markers: Markers,
+    /// For Foxglove.
+    pub updates: SceneUpdates,
+}
+
+/// A topic that is drawn on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum DrawnTopic {
+    Markers(MarkerTopic),
+    Updates(UpdateTopic),
+}
+
 #[derive(Debug)]
 struct Writer {
     mcap: McapWriter,
     topics: BTreeMap<OutputTopic, TopicId>,
-    drawings: BTreeMap<MarkerTopic, TopicId>,
+    drawings: BTreeMap<DrawnTopic, TopicId>,
     interface: Interface,
 }
 
@@ -111,23 +127,38 @@ impl Writer {
         self.mcap.write(id, nanoseconds, nanoseconds, message.to_cdr(self.interface))
     }
 
-    fn draw(&mut self, markers: &mut Markers, report: &CycleReport) -> Result<(), BagError> {
-        let nanoseconds = report.cycle.scene.now.nanoseconds();
-        for topic in markers.topics() {
-            let Some(drawing) = markers.draw(topic, report) else { continue };
-            let id = match self.drawings.get(&topic) {
-                Some(id) => *id,
-                None => {
-                    let definition = MarkerArray::definition(self.interface);
-                    let (name, r#type) = (topic.full_name(), MarkerTopic::type_name());
-                    let id = self.mcap.add_topic(&name, r#type, &definition, QosProfile::default())?;
-                    self.drawings.insert(topic, id);
-                    id
-                }
-            };
-            self.mcap.write(id, nanoseconds, nanoseconds, drawing.to_cdr(self.interface))?;
+    fn draw(&mut self, drawing: &mut Drawing, report: &CycleReport) -> Result<(), BagError> {
+        let now_ns = report.cycle.scene.now.nanoseconds();
+        for topic in drawing.markers.topics() {
+            if let Some(markers) = drawing.markers.draw(topic, report) {
+                self.write_drawn(DrawnTopic::Markers(topic), &topic.full_name(), now_ns, &markers)?;
+            }
+        }
+        for topic in UpdateTopic::ALL {
+            if let Some(update) = drawing.updates.update(topic, report) {
+                self.write_drawn(DrawnTopic::Updates(topic), &topic.full_name(), now_ns, &update)?;
+            }
         }
         Ok(())
+    }
+
+    fn write_drawn<M: Message>(
+        &mut self,
+        topic: DrawnTopic,
+        name: &str,
+        now_ns: i64,
+        drawn: &M,
+    ) -> Result<(), BagError> {
+        let id = match self.drawings.get(&topic) {
+            Some(id) => *id,
+            None => {
+                let definition = M::definition(self.interface);
+                let id = self.mcap.add_topic(name, M::TYPE_NAME, &definition, QosProfile::default())?;
+                self.drawings.insert(topic, id);
+                id
+            }
+        };
+        self.mcap.write(id, now_ns, now_ns, drawn.to_cdr(self.interface))
     }
 }
 
@@ -149,9 +180,9 @@ impl Sink for Recorder {
         let recording = &mut *recording;
         recording.statistics.add(report, times);
         let allocated = allocations::of_this_thread();
-        if let (Some(markers), Some(writer)) = (&mut recording.markers, &mut recording.writer) {
+        if let (Some(drawing), Some(writer)) = (&mut recording.drawing, &mut recording.writer) {
             // A file that takes no more has been told by `publish`, or will be by `finish`.
-            let _ = writer.draw(markers, report);
+            let _ = writer.draw(drawing, report);
         }
         if let Some(deadline) = recording.deadline {
             let is_cut = matches!(&report.outcome, Outcome::Judged(judged) if judged.not_judged() > 0);

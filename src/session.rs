@@ -7,8 +7,9 @@
 use crate::allocations;
 use crate::commands::Failure;
 use crate::drive::{Event, TimedInput};
-use crate::recorder::Recorder;
+use crate::recorder::{Drawing, Recorder};
 use crate::report::markers::Markers;
+use crate::report::markers::scene_updates::SceneUpdates;
 use crate::report::page::Page;
 use crate::report::summary::{Input as InputSummary, Received, RunResult};
 use crate::settings::Settings;
@@ -147,7 +148,9 @@ impl Session {
             recorder.lock().page = Some(page_of(settings)?);
         }
         if self.markers {
-            recorder.lock().markers = Some(Markers::new(validator_of(settings)?));
+            let markers = Markers::new(validator_of(settings)?);
+            let updates = SceneUpdates::new(validator_of(settings)?);
+            recorder.lock().drawing = Some(Drawing { markers, updates });
         }
         let clock = Clock::stepped(self.span.0);
         let config = self.config(settings, clock)?;

@@ -5,6 +5,7 @@
 mod program;
 
 use messages::Interface;
+use messages::foxglove_msgs::{SceneEntity, SceneEntityDeletion, SceneUpdate};
 use messages::visualization_msgs::{Marker, MarkerArray};
 use program::{Recorded, decode, number, read, reports, run, validated_sets};
 use std::collections::{BTreeMap, BTreeSet};
@@ -75,6 +76,55 @@ fn a_demo_shows_every_candidate_as_it_was_judged() {
     }
 }
 
+/// What a click on an entity says under a key.
+fn detail<'a>(entity: &'a SceneEntity, key: &str) -> Option<&'a str> {
+    entity.metadata.iter().find(|pair| pair.key == key).map(|pair| &*pair.value)
+}
+
+#[test]
+fn a_demo_tells_foxglove_what_was_found_about_every_candidate() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = run(&["demo", "--output", folder.path().to_str().unwrap()]);
+    assert_eq!(ran.exit_code, 0, "{}", ran.stderr);
+    let recorded = read(&folder.path().join("demo.mcap"));
+    let updates: Vec<(i64, SceneUpdate)> = decode(&recorded, "/scene_updates/cycle", Interface::V0_53);
+    let updates: BTreeMap<i64, SceneUpdate> = updates.into_iter().collect();
+    let mut verdicts: BTreeMap<String, u64> = BTreeMap::new();
+    let (mut selected, mut reasons) = (0, 0);
+    for (time, reports) in reports(&recorded) {
+        let update = &updates[&time];
+        assert_eq!(update.deletions.len(), 1);
+        assert_eq!(update.deletions[0].r#type, SceneEntityDeletion::ALL);
+        let names: BTreeSet<&str> = update.entities.iter().map(|entity| &*entity.id).collect();
+        assert_eq!(names.len(), update.entities.len(), "every entity has a name of its own");
+        let candidates: Vec<_> =
+            update.entities.iter().filter(|entity| entity.id.starts_with("candidate ")).collect();
+        assert_eq!(candidates.len(), reports.reports.len());
+        for (candidate, report) in candidates.into_iter().zip(&reports.reports) {
+            assert_eq!(detail(candidate, "generator"), Some(&*report.generator_name));
+            let verdict = detail(candidate, "verdict").unwrap();
+            *verdicts.entry(verdict.to_owned()).or_default() += 1;
+            selected += u64::from(detail(candidate, "selected").is_some());
+            // What a filter objects to is told under its name, and nothing else is.
+            for metric in
+                report.metrics.iter().filter(|metric| metric.metric_name == "trajectory_feasibility")
+            {
+                let reason = detail(candidate, &metric.validator_name);
+                assert_eq!(reason.is_some(), metric.metric_value == 0.0, "{}: {reason:?}", candidate.id);
+                reasons += u64::from(reason.is_some());
+            }
+        }
+    }
+    let of = |verdict: &str| verdicts.get(verdict).copied().unwrap_or(0);
+    assert_eq!(of("rejected"), number(&ran.json, &["candidates", "rejected"]));
+    assert_eq!(of("accepted") + of("doubted"), number(&ran.json, &["candidates", "accepted"]));
+    let chosen = ran.json["selected"].as_object().unwrap().values().filter_map(serde_json::Value::as_u64);
+    assert_eq!(selected, chosen.sum::<u64>());
+    assert!(reasons > 500, "{reasons}");
+    let roads: Vec<(i64, SceneUpdate)> = decode(&recorded, "/scene_updates/road", Interface::V0_53);
+    assert!(roads.len() >= 2 && roads.iter().all(|(_, road)| road.entities[0].lines.len() >= 2));
+}
+
 #[test]
 fn a_replay_draws_only_when_asked_and_draws_the_same_then() {
     let folder = tempfile::tempdir().unwrap();
@@ -120,7 +170,9 @@ fn the_foxglove_layout_shows_topics_that_the_demo_writes() {
     for topic in &named {
         assert!(written.contains(topic.as_str()), "{topic} is not in the demo's recording");
     }
-    for topic in written.iter().filter(|topic| topic.contains("/markers/")) {
+    for topic in
+        written.iter().filter(|topic| topic.contains("/markers/") || topic.contains("/scene_updates/"))
+    {
         assert!(named.contains(*topic), "{topic} is not in the layout");
     }
 }

@@ -9,6 +9,7 @@ mod canvas;
 mod moving;
 mod objections;
 mod road;
+pub mod scene_updates;
 
 use messages::Message;
 use messages::std_msgs::Header;

@@ -29,6 +29,7 @@ pub mod autoware_vehicle_msgs;
 pub mod builtin_interfaces;
 pub mod cdr;
 pub mod diagnostic_msgs;
+pub mod foxglove_msgs;
 pub mod geometry_msgs;
 pub mod nav_msgs;
 pub mod rcl_interfaces;

@@ -1,5 +1,6 @@
 //! What moves: the vehicle, other road users and where they are expected, what the lights show, and all candidates.
 
+use messages::autoware_perception_msgs::PredictedObject;
 use messages::geometry_msgs::Point;
 use messages::std_msgs::ColorRgba;
 use messages::visualization_msgs::MarkerArray;
@@ -35,30 +36,44 @@ pub(super) fn draw(report: &CycleReport) -> MarkerArray {
     match &report.outcome {
         Outcome::Judged(judged) => {
             for (candidate, verdict) in candidates.iter().zip(&judged.verdicts) {
-                let (namespace, colour) = look(verdict);
-                canvas.line(namespace, colour, 0.1, points(candidate, 0.0));
+                draw_candidate(&mut canvas, candidate, Some(verdict));
             }
             let best = judged.ranking.best().filter(|_| judged.selected.is_some());
             if let Some(candidate) = best.and_then(|best| candidates.get(best.index)) {
-                canvas.line("selected", SELECTED, 0.3, points(candidate, SELECTED_LIFT_M));
+                draw_selected(&mut canvas, candidate);
             }
         }
         _ => {
             for candidate in candidates {
-                canvas.line("not_judged", NOT_JUDGED, 0.1, points(candidate, 0.0));
+                draw_candidate(&mut canvas, candidate, None);
             }
         }
     }
+    draw_vehicle(&mut canvas, scene);
+    canvas.finish()
+}
+
+pub(super) fn draw_vehicle(canvas: &mut Canvas, scene: &Scene) {
     if let Some(odometry) = &scene.odometry {
         let pose = pose_of(&odometry.pose.pose);
         let footprint = scene.vehicle.footprint(0.0, 0.0).placed_at(&pose);
         canvas.outline("vehicle", EGO, 0.15, footprint.corners(), pose.position.z);
     }
-    canvas.finish()
+}
+
+/// In the colour of what was found, if anything was.
+pub(super) fn draw_candidate(canvas: &mut Canvas, candidate: &Candidate, verdict: Option<&Verdict>) {
+    let (namespace, colour) = verdict.map_or(("not_judged", NOT_JUDGED), look);
+    canvas.line(namespace, colour, 0.1, points(candidate, 0.0));
+}
+
+/// The one to be driven, above the others.
+pub(super) fn draw_selected(canvas: &mut Canvas, candidate: &Candidate) {
+    canvas.line("selected", SELECTED, 0.3, points(candidate, SELECTED_LIFT_M));
 }
 
 /// Namespace and colour of what was found.
-fn look(verdict: &Verdict) -> (&'static str, ColorRgba) {
+pub(super) fn look(verdict: &Verdict) -> (&'static str, ColorRgba) {
     match (verdict.is_judged(), verdict.accepted, verdict.feasible) {
         (false, ..) => ("not_judged", NOT_JUDGED),
         (true, false, _) => ("rejected", REJECTED),
@@ -74,16 +89,21 @@ fn points(candidate: &Candidate, lift_m: f64) -> impl Iterator<Item = Point> {
 
 fn draw_road_users(canvas: &mut Canvas, scene: &Scene) {
     for object in objects(scene) {
-        let pose = pose_now(object);
-        canvas.outline("road_users", ROAD_USER, 0.12, &outline(object, &pose), pose.position.z);
-        for path in likeliest_paths(object, MOST_PATHS) {
-            canvas.line("predictions", PREDICTION, 0.05, path.path.iter().map(|pose| pose.position));
-        }
+        draw_road_user(canvas, object);
+    }
+}
+
+/// One of them, with where it is expected to be.
+pub(super) fn draw_road_user(canvas: &mut Canvas, object: &PredictedObject) {
+    let pose = pose_now(object);
+    canvas.outline("road_users", ROAD_USER, 0.12, &outline(object, &pose), pose.position.z);
+    for path in likeliest_paths(object, MOST_PATHS) {
+        canvas.line("predictions", PREDICTION, 0.05, path.path.iter().map(|pose| pose.position));
     }
 }
 
 /// Each stop line of a light in the colour that the light shows.
-fn draw_lights(canvas: &mut Canvas, scene: &Scene) {
+pub(super) fn draw_lights(canvas: &mut Canvas, scene: &Scene) {
     let Some(map) = &scene.map else { return };
     for light in map.value.map.regulatory_elements().filter(|rule| rule.subtype() == "traffic_light") {
         let shade = match lamp(scene, light.id()) {

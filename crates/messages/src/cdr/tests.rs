@@ -112,6 +112,7 @@ macro_rules! for_every_message {
         $check::<autoware_trajectory_validator::ValidationReportArray>($($argument),*);
         $check::<autoware_vehicle_msgs::TurnIndicatorsCommand>($($argument),*);
         $check::<diagnostic_msgs::DiagnosticArray>($($argument),*);
+        $check::<foxglove_msgs::SceneUpdate>($($argument),*);
         $check::<geometry_msgs::AccelWithCovarianceStamped>($($argument),*);
         $check::<nav_msgs::Odometry>($($argument),*);
         $check::<rcl_interfaces::DescribeParametersRequest>($($argument),*);
