@@ -89,6 +89,10 @@ pub struct Stressed {
     pub missed: u64,
     /// Resident memory.
     pub memory_mb: Memory,
+    /// What was allocated and not given back.
+    pub heap_mb: Heap,
+    /// The most messages that waited for their owners at the same time; `None` where nobody counted.
+    pub most_waiting: Option<usize>,
 }
 
 /// Resident memory in the course of a run, MB.
@@ -98,8 +102,44 @@ pub struct Memory {
     pub start: Option<f64>,
     /// After a tenth of the run, or its first minute.
     pub warm: Option<f64>,
+    /// The most that was seen since.
+    pub most: Option<f64>,
     /// After the last cycle.
     pub end: Option<f64>,
+}
+
+impl Memory {
+    /// How much more there was at the most than when it was warm, percent.
+    #[must_use]
+    pub fn growth_percent(&self) -> Option<f64> {
+        let warm = self.warm.filter(|warm| *warm > 0.0)?;
+        Some(100.0 * (self.most.or(self.end)? - warm) / warm)
+    }
+
+    /// Takes a look at the memory in the course of a run.
+    fn look(&mut self, is_warm: bool) {
+        let now = usage::resident_memory_mb();
+        match (is_warm, self.warm) {
+            (true, None) => (self.warm, self.most) = (now, now),
+            (true, Some(_)) => self.most = self.most.zip(now).map(|(most, now)| most.max(now)).or(now),
+            (false, _) => {}
+        }
+    }
+}
+
+/// What was allocated since the run began and is not given back, MB; null where nobody counts.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Heap {
+    /// After a tenth of the run, or its first minute.
+    pub warm: Option<f64>,
+    /// After the last cycle, before the actors stop.
+    pub end: Option<f64>,
+}
+
+impl Heap {
+    fn now() -> Option<f64> {
+        allocations::is_counting().then(|| allocations::outstanding_bytes() as f64 / 1e6)
+    }
 }
 
 impl Stress {
@@ -126,6 +166,8 @@ impl Stress {
         let mut course = Course::new(self, began);
         let stopped = self.drive(&system, &messages, &mut feed, &mut course).err();
         let received = received(system.inlets().tally());
+        let most_waiting = Some(system.inlets().tally().most_waiting());
+        course.heap_mb.end = Heap::now();
         let stopping = system.stop().map_err(Failure::from);
         course.memory_mb.end = usage::resident_memory_mb();
         course.bar.finish_and_clear();
@@ -144,7 +186,8 @@ impl Stress {
         };
         let ended =
             Ended { result, watched: None, page: recording.page.take(), errors, warnings: Vec::new() };
-        Ok(Stressed { ended, missed: recording.missed, memory_mb: course.memory_mb })
+        let Course { memory_mb, heap_mb, .. } = course;
+        Ok(Stressed { ended, missed: recording.missed, memory_mb, heap_mb, most_waiting })
     }
 
     fn config(&self, settings: &Settings, clock: Clock) -> Result<Config, Failure> {
@@ -239,6 +282,7 @@ struct Course {
     began: Instant,
     cycles: u64,
     memory_mb: Memory,
+    heap_mb: Heap,
     bar: indicatif::ProgressBar,
 }
 
@@ -252,7 +296,7 @@ impl Course {
         } else {
             indicatif::ProgressBar::hidden()
         };
-        Self { began, cycles: stress.cycles, memory_mb: Memory::default(), bar }
+        Self { began, cycles: stress.cycles, memory_mb: Memory::default(), heap_mb: Heap::default(), bar }
     }
 
     fn has_run(&mut self, cycle: u64) {
@@ -262,14 +306,24 @@ impl Course {
         self.bar.set_position(cycle);
         let is_warm = cycle >= self.cycles / WARM_SHARE || self.began.elapsed() > WARM_TIME;
         if is_warm && self.memory_mb.warm.is_none() {
-            self.memory_mb.warm = usage::resident_memory_mb();
+            self.heap_mb.warm = Heap::now();
         }
+        self.memory_mb.look(is_warm);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn growth_is_from_warm_to_the_most() {
+        let memory = Memory { start: Some(5.0), warm: Some(50.0), most: Some(51.0), end: Some(49.0) };
+        assert_eq!(memory.growth_percent(), Some(2.0));
+        assert_eq!(Memory { most: None, ..memory }.growth_percent(), Some(-2.0));
+        assert_eq!(Memory { warm: None, ..memory }.growth_percent(), None);
+        assert_eq!(Memory { warm: Some(0.0), ..memory }.growth_percent(), None);
+    }
 
     #[test]
     fn paces() {

@@ -52,11 +52,25 @@ fn every_scene_gives_the_whole_result() {
         assert!(efficiency > 0.0 && efficiency <= 1.0, "{efficiency}");
         assert!(json["allocations"]["per_candidate_judge"].is_number());
         assert!(json["allocations"]["per_cycle"].as_f64().unwrap() > 0.0);
-        for key in ["start", "warm", "end"] {
+        for key in ["start", "warm", "most", "end"] {
             assert!(json["memory_mb"][key].as_f64().unwrap() > 0.0, "{key}");
         }
         assert_eq!(number(json, &["stores", "buffer_candidates", "most"]), CANDIDATES);
         assert_eq!(number(json, &["stores", "buffer_generators", "most"]), 3);
+        for (name, store) in json["stores"].as_object().unwrap() {
+            let bound = store["bound"].as_u64().unwrap_or(u64::MAX);
+            assert!(store["most"].as_u64().is_some_and(|most| most <= bound), "{name}: {store}");
+        }
+        // Whoever has a memory tells how full it is.
+        let remembering = ["crosswalk", "traffic_light", "uncrossable_boundary_departure", "collision_check"];
+        for filter in remembering {
+            let name = format!("filter.{filter}_filter");
+            assert!(json["stores"][&name]["bound"].as_u64().unwrap() > 1000, "{name}");
+        }
+        assert!(number(json, &["stores", "filter.collision_check_filter", "most"]) > 0, "somebody stands");
+        assert_eq!(number(json, &["stores", "ranker", "most"]), 10, "the last ten that were chosen");
+        assert!(json["heap_mb"]["end"].is_number());
+        assert_eq!(json["fresh_verdicts_hash"], json!(null), "only where hours are asked for");
         for (topic, received) in json["messages"].as_object().unwrap() {
             let once = topic.ends_with("lanelet2_map") || topic.ends_with("route");
             let expected = if topic.ends_with("backup") {
@@ -93,6 +107,27 @@ fn judging_allocates_nothing_once_buffers_have_their_size() {
         let run = stress(&["--scene", scene, "--threads", "1", "--cycles", "30"]);
         assert_eq!(run.json["allocations"]["per_candidate_judge"], json!(0.0), "{scene}");
     }
+}
+
+#[test]
+fn after_a_long_run_a_load_is_judged_as_by_a_fresh_node() {
+    // More than a minute of the node's clock, against a fresh node's first one.
+    let hours = ["--hours", "0.02", "--scene", "dense"];
+    let run = |more: &[&str]| {
+        let small = ["stress", "--candidates", "12", "--points", "12", "--objects", "4", "--generators", "3"];
+        run(&[&small[..], &hours[..], more].concat())
+    };
+    let one = run(&["--threads", "1"]);
+    assert_eq!(one.exit_code, 0, "{}", one.stderr);
+    assert_eq!(number(&one.json, &["cycles", "anchor"]), 720);
+    assert_eq!(number(&one.json, &["cycles", "timer"]), 0, "an anchor in time arms the timer anew");
+    let hash = &one.json["verdicts_hash"];
+    assert!(hash.as_str().is_some_and(|hash| hash.len() == 16), "{hash}");
+    assert_eq!(&one.json["fresh_verdicts_hash"], hash);
+    let growth = &one.json["memory_growth_percent"];
+    assert!(growth.as_f64().is_some_and(|percent| percent < 10.0), "{growth} % in a minute");
+    assert_eq!(&run(&["--threads", "2"]).json["verdicts_hash"], hash);
+    assert_ne!(&run(&["--seed", "2"]).json["verdicts_hash"], hash, "another load is judged otherwise");
 }
 
 fn places(run: &Run) -> Vec<&str> {

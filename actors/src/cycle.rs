@@ -5,6 +5,7 @@ use messages::autoware_internal_planning_msgs::{
 };
 use messages::autoware_trajectory_validator::ValidationReportArray;
 use selection::adapter::Selected;
+use selection::filters::Fill;
 use selection::pipeline::Step;
 use selection::report::FilterSummary;
 use selection::{Concatenated, MissingInput, Ranking, Scene, Verdict};
@@ -124,6 +125,8 @@ pub struct Judged {
     pub scored: Arc<ScoredCandidateTrajectories>,
     /// The trajectory to drive. `None` if there is none that may be driven.
     pub selected: Option<Selected>,
+    /// How full the ranker's memory is after the cycle; `None` if it has none.
+    pub ranker_fill: Option<Fill>,
     /// Time spent in each loaded filter, over all candidates and threads; names as in `filters` without the first.
     pub filter_times: Vec<Duration>,
     /// What each thread did; one where the cycle was judged on the thread of all actors.
@@ -165,6 +168,7 @@ impl Judged {
             ranking: step.ranking,
             scored: Arc::new(step.scored),
             selected: step.selected,
+            ranker_fill: step.ranker_fill,
             shares,
             began,
             report,

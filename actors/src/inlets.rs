@@ -95,6 +95,7 @@ impl Inlets {
     /// The node has stopped.
     pub async fn take(&self, input: Input, arrived: Instant) -> Result<(), Closed> {
         self.tally.count_received(input.topic());
+        let _waiting = self.tally.wait();
         let taken = match input {
             Input::Generative(message) => self.buffer.send(Add { message, anchor: Some(arrived) }).await,
             Input::Backup(message) => self.buffer.send(Add { message, anchor: None }).await,

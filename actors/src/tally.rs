@@ -1,7 +1,7 @@
 //! Counts what came in and what was lost on the way, by input and reason. Shared by the doors and whoever reports.
 
 use crate::topics::InputTopic;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// Why a message of an input had no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,6 +38,18 @@ pub struct Tally {
     dropped: [[AtomicU64; DropReason::ALL.len()]; TOPICS],
     incompatible_peers: AtomicU64,
     unpublished: AtomicU64,
+    waiting: AtomicUsize,
+    most_waiting: AtomicUsize,
+}
+
+/// A message that waits for its owner; dropped when it waits no more.
+#[derive(Debug)]
+pub(crate) struct Waiting<'a>(&'a Tally);
+
+impl Drop for Waiting<'_> {
+    fn drop(&mut self) {
+        self.0.waiting.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 impl Tally {
@@ -54,6 +66,20 @@ impl Tally {
     /// Another node offers or asks for a quality of service that does not fit ours: it will not hear us, or we not it.
     pub fn count_incompatible_peer(&self) {
         self.incompatible_peers.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A message begins to wait for its owner.
+    pub(crate) fn wait(&self) -> Waiting<'_> {
+        let waiting = self.waiting.fetch_add(1, Ordering::Relaxed) + 1;
+        self.most_waiting.fetch_max(waiting, Ordering::Relaxed);
+        Waiting(self)
+    }
+
+    /// The most messages that ever waited for their owners at the same time. There are as many as there are callers that
+    /// bring them.
+    #[must_use]
+    pub fn most_waiting(&self) -> usize {
+        self.most_waiting.load(Ordering::Relaxed)
     }
 
     /// An output could not be handed over.
@@ -105,6 +131,17 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_most_that_waited_at_once_is_kept() {
+        let tally = Tally::default();
+        let (first, second) = (tally.wait(), tally.wait());
+        drop(first);
+        let third = tally.wait();
+        assert_eq!(tally.most_waiting(), 2);
+        drop((second, third));
+        assert_eq!(tally.waiting.load(Ordering::Relaxed), 0);
+    }
 
     #[test]
     fn every_input_and_reason_has_a_counter_of_its_own() {

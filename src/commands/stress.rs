@@ -2,15 +2,18 @@
 
 use super::{Failure, JudgeArguments, summarise};
 use crate::allocations;
+use crate::report::statistics::Statistics;
 use crate::report::summary::RunSummary;
 use crate::report::table;
 use crate::scenario::load::{Load, LoadScene};
+use crate::settings::Settings;
 use crate::stress::drive::DriveStress;
 use crate::stress::limit::{self, Limit, Probe};
-use crate::stress::{Memory, PERIOD_NS, Pace, Stress, Stressed};
+use crate::stress::{Heap, Memory, PERIOD_NS, Pace, Stress, Stressed};
 use clap::Args;
 use selection::concatenator::MAX_GENERATORS;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -20,6 +23,8 @@ use std::time::Duration;
 const CYCLES: u64 = 300;
 /// Cycles of each number of candidates that is tried: some seconds.
 const CYCLES_OF_PROBE: u64 = 30;
+/// Cycles after which the memories of a fresh node have filled: a minute of virtual time.
+const CYCLES_OF_FRESH_NODE: u64 = 600;
 /// Candidates of an anchor of which nothing is said.
 const CANDIDATES: u32 = 64;
 /// Where a limit is sought and nothing is said: the pace of planners, and the time that there is for a cycle.
@@ -47,7 +52,7 @@ pub struct StressArguments {
     /// Anchors [default: 300; of a drive: all].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub cycles: Option<u64>,
-    /// Length of the run instead, in hours of the node's clock.
+    /// Length of the run instead, in hours of the node's clock; the last verdicts are held against those of a fresh node.
     #[arg(long, value_name = "H", conflicts_with = "cycles", value_parser = positive)]
     pub hours: Option<f64>,
     /// Anchors per second, or one as soon as the cycle of the one before has ended [default: max; to find a limit: 10].
@@ -56,6 +61,9 @@ pub struct StressArguments {
     /// Time from the anchor to the last output; a cycle is cut then, and every cycle must hold it.
     #[arg(long, value_name = "MS", value_parser = positive)]
     pub deadline: Option<f64>,
+    /// Required: resident memory grows by at most this after the first minute, percent.
+    #[arg(long, value_name = "PERCENT", value_parser = positive)]
+    pub max_growth: Option<f64>,
     /// Required: 99 of 100 cycles take at most this long.
     #[arg(long, value_name = "MS", value_parser = positive)]
     pub max_p99: Option<f64>,
@@ -107,8 +115,16 @@ pub struct StressReport {
     pub deadline_missed: u64,
     /// Resident memory in the course of the run.
     pub memory_mb: Memory,
-    /// The most that was ever in a store that grows with its inputs.
-    pub stores: Stores,
+    /// By how much it grew after its first minute at the most, percent; null where nobody knows.
+    pub memory_growth_percent: Option<f64>,
+    /// What was allocated and not given back.
+    pub heap_mb: Heap,
+    /// The most that was ever in a store that grows with its inputs, by its name.
+    pub stores: BTreeMap<String, Store>,
+    /// Hash over the verdicts of the last cycle in which every candidate was judged.
+    pub verdicts_hash: Option<String>,
+    /// The same of a fresh node after some seconds of the same load; null where none was run.
+    pub fresh_verdicts_hash: Option<String>,
     /// The largest load that held; null where none was sought.
     pub limit: Option<Limit>,
 }
@@ -121,13 +137,6 @@ pub struct LoadShown {
     objects: usize,
     paths: usize,
     generators: usize,
-}
-
-/// Fill of stores.
-#[derive(Debug, Serialize)]
-pub struct Stores {
-    buffer_generators: Store,
-    buffer_candidates: Store,
 }
 
 /// Fill of one store.
@@ -203,15 +212,18 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
     } else {
         stress.run(&settings)?
     };
-    let Stressed { mut ended, missed, memory_mb } = stressed;
+    let Stressed { mut ended, missed, memory_mb, heap_mb, most_waiting } = stressed;
+    let fresh = arguments.hours.is_some().then(|| fresh_verdicts(&stress, &settings)).transpose()?.flatten();
+    let last = ended.result.statistics.last_verdicts;
     if ended.errors.is_empty() {
         ended.errors.extend(missed_requirements(arguments, &ended.result, missed, limit.as_ref()));
+        ended.errors.extend(grown_too_much(arguments, &memory_mb));
+        if arguments.hours.is_some() && last != fresh {
+            let text = "at the end the same load is judged in another way than by a fresh node".to_owned();
+            ended.errors.push(Failure::requirement(text).at("--hours"));
+        }
     }
-    let statistics = &ended.result.statistics;
-    let stores = Stores {
-        buffer_generators: Store { most: statistics.most_generators, bound: Some(MAX_GENERATORS) },
-        buffer_candidates: Store { most: statistics.most_candidates, bound: None },
-    };
+    let stores = stores_of(&ended.result.statistics, most_waiting);
     let Load { candidates, points, objects, paths, generators, .. } = stress.load;
     let load = LoadShown { candidates, points, objects, paths, generators };
     let summary = summarise("stress", ended, Vec::new(), &settings, threads, arguments.report.as_deref())?;
@@ -225,9 +237,57 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
         deadline_ms: deadline.map(|deadline| deadline.as_secs_f64() * 1e3),
         deadline_missed: missed,
         memory_mb,
+        memory_growth_percent: memory_mb.growth_percent(),
+        heap_mb,
         stores,
+        verdicts_hash: last.map(shown_hash),
+        fresh_verdicts_hash: fresh.map(shown_hash),
         limit,
     })
+}
+
+/// What a node that has just been started says about the load, once its memories are filled.
+fn fresh_verdicts(stress: &Stress, settings: &Settings) -> Result<Option<u64>, Failure> {
+    let fresh = Stress {
+        cycles: stress.cycles.min(CYCLES_OF_FRESH_NODE),
+        pace: Pace::Max,
+        deadline: None,
+        page: false,
+        progress: false,
+        ..*stress
+    };
+    Ok(fresh.run(settings)?.ended.result.statistics.last_verdicts)
+}
+
+fn shown_hash(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// Everything that grows with the inputs.
+fn stores_of(statistics: &Statistics, most_waiting: Option<usize>) -> BTreeMap<String, Store> {
+    let of_pipeline = statistics
+        .fill
+        .iter()
+        .map(|(name, fill)| (name.clone(), Store { most: fill.entries, bound: Some(fill.bound) }));
+    let around = [
+        ("buffer_generators", Some(statistics.most_generators), Some(MAX_GENERATORS)),
+        ("buffer_candidates", Some(statistics.most_candidates), None),
+        ("waiting_messages", most_waiting, None),
+    ];
+    let around = around
+        .into_iter()
+        .filter_map(|(name, most, bound)| Some((name.to_owned(), Store { most: most?, bound })));
+    around.chain(of_pipeline).collect()
+}
+
+fn grown_too_much(arguments: &StressArguments, memory_mb: &Memory) -> Option<Failure> {
+    let (most, grown) = (arguments.max_growth?, memory_mb.growth_percent());
+    let text = match grown {
+        None => "nobody knows how the memory grew".to_owned(),
+        Some(grown) if grown > most => format!("the memory grew by {grown:.2} %, not {most} %"),
+        Some(_) => return None,
+    };
+    Some(Failure::requirement(text).at("--max-growth"))
 }
 
 /// The bounds that were required and not held. While a limit is sought, missing the deadline is how it is found.
@@ -281,13 +341,14 @@ impl fmt::Display for StressReport {
             writeln!(f, "deadline of {deadline_ms} ms: {} cycles missed it", self.deadline_missed)?;
         }
         table::write_resources(&self.summary, f)?;
-        let Memory { start, warm, end } = self.memory_mb;
+        let Memory { start, warm, most, end } = self.memory_mb;
         let shown = |megabytes: Option<f64>| megabytes.map_or("?".to_owned(), |mb| format!("{mb:.1}"));
         writeln!(
             f,
-            "resident memory, MB: {} at the start, {} warm, {} at the end",
+            "resident memory, MB: {} at the start, {} warm, then at most {}, {} at the end",
             shown(start),
             shown(warm),
+            shown(most),
             shown(end)
         )?;
         if let Some(limit) = &self.limit {

@@ -3,10 +3,12 @@
 use super::stages;
 use crate::allocations;
 use hdrhistogram::Histogram;
+use selection::filters::Fill;
 use selection::report::rejection_names;
-use selection::{Enforcement, Judgement, data_validity};
+use selection::{Enforcement, Judgement, Verdict, data_validity};
 use selector_actors::cycle::{CycleReport, CycleTimes, Judged, Outcome, Trigger};
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Duration;
 
 /// Longest latency that is told apart, ns: one minute.
@@ -99,6 +101,10 @@ pub struct Statistics {
     pub most_candidates: usize,
     /// Most generators in it.
     pub most_generators: usize,
+    /// The most that was in each memory of the pipeline, with its bound: `filter.NAME` and `ranker`.
+    pub fill: BTreeMap<String, Fill>,
+    /// Hash over all verdicts of the last cycle that judged every candidate: what was found, not when.
+    pub last_verdicts: Option<u64>,
     /// Latencies by stage.
     pub latency: BTreeMap<String, Latency>,
     /// Time that the threads spent on judging, and the time that they had for it.
@@ -223,6 +229,17 @@ impl Statistics {
         let not_judged = judged.not_judged() as u64;
         self.not_judged += not_judged;
         self.cut_by_deadline += u64::from(not_judged > 0);
+        if not_judged == 0 {
+            self.last_verdicts = Some(hash_of(&judged.verdicts));
+        }
+        for filter in &judged.filters {
+            if let Some(fill) = filter.fill {
+                keep_most(&mut self.fill, "filter.", filter.name, fill);
+            }
+        }
+        if let Some(fill) = judged.ranker_fill {
+            keep_most(&mut self.fill, "", "ranker", fill);
+        }
         self.judging.add(judged);
         for (_, why) in &judged.ranking.unranked {
             *self.unranked.entry(why.name()).or_default() += 1;
@@ -276,6 +293,32 @@ impl Statistics {
             rejected: sum.rejected + tally.rejected,
             stale: sum.stale + tally.stale,
         })
+    }
+}
+
+/// What the filters say about all candidates, to the last bit, without the times at which they say it.
+fn hash_of(verdicts: &[Verdict]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for verdict in verdicts {
+        verdict.accepted.hash(&mut hasher);
+        for judgement in std::iter::once(&verdict.data_validity).chain(&verdict.judgements) {
+            judgement.feasible.hash(&mut hasher);
+            judgement.failure.is_some().hash(&mut hasher);
+            for metric in &judgement.metrics {
+                (metric.name, metric.value.to_bits(), metric.risk).hash(&mut hasher);
+            }
+        }
+    }
+    hasher.finish()
+}
+
+fn keep_most(most: &mut BTreeMap<String, Fill>, group: &str, name: &str, fill: Fill) {
+    // Looked up by its parts: a name is made once.
+    let known = most.iter_mut().find(|(known, _)| known.strip_prefix(group) == Some(name));
+    match known {
+        Some((_, most)) if most.entries >= fill.entries && most.bound == fill.bound => {}
+        Some((_, most)) => *most = Fill { entries: most.entries.max(fill.entries), bound: fill.bound },
+        None => drop(most.insert(format!("{group}{name}"), fill)),
     }
 }
 

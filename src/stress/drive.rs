@@ -1,6 +1,6 @@
 //! A recorded drive as a load: its messages at another pace, its candidates cut or multiplied.
 
-use super::{Memory, Pace, Stressed};
+use super::{Heap, Memory, Pace, Stressed};
 use crate::commands::Failure;
 use crate::drive::{Drive, Event};
 use crate::recorder::Recorder;
@@ -75,7 +75,13 @@ impl DriveStress<'_> {
         ended.warnings.extend(warnings);
         let mut recording = recorder.lock();
         ended.page = recording.page.take().or(ended.page);
-        Ok(Stressed { ended, missed: recording.missed, memory_mb })
+        Ok(Stressed {
+            ended,
+            missed: recording.missed,
+            memory_mb,
+            heap_mb: Heap::default(),
+            most_waiting: None,
+        })
     }
 
     /// The events up to the last wanted anchor, with as many candidates as wanted.

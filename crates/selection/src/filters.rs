@@ -50,11 +50,26 @@ pub trait Filter: Send + Sync {
         None
     }
 
+    /// How full its memory is, for whoever watches that it stays bounded: what it keeps of candidates and things from
+    /// cycle to cycle, not what follows from a map or a route. `None` if it has none.
+    fn fill(&self) -> Option<Fill> {
+        None
+    }
+
     /// Why the planner would have to do something about this candidate, for whoever watches the planning. It changes no
     /// verdict.
     fn planning_factor(&self, _scene: &Scene, _judgement: &Judgement) -> Option<PlanningFactor> {
         None
     }
+}
+
+/// How full a memory is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fill {
+    /// Entries that it has.
+    pub entries: usize,
+    /// Most entries that it may have.
+    pub bound: usize,
 }
 
 impl fmt::Debug for dyn Filter {

@@ -8,7 +8,7 @@
 use crate::adapter::{self, Selected};
 use crate::candidate::Candidate;
 use crate::concatenator::Concatenated;
-use crate::filters::Scratch;
+use crate::filters::{Fill, Scratch};
 use crate::panics::caught;
 use crate::parameters::{RankerParameters, ValidatorParameters};
 use crate::ranker::{GeneratorSource, Rank, Ranking};
@@ -51,6 +51,8 @@ pub struct Step {
     pub scored: ScoredCandidateTrajectories,
     /// The trajectory to drive. `None` if there is none that may be driven.
     pub selected: Option<Selected>,
+    /// How full the ranker's memory is after the step; `None` if it has none.
+    pub ranker_fill: Option<Fill>,
     /// How long it took.
     pub times: StepTimes,
 }
@@ -126,6 +128,7 @@ impl Pipeline {
             ranking,
             selected,
             verdicts,
+            ranker_fill: caught(|| self.ranker.fill()).ok().flatten(),
             times: StepTimes {
                 observe_ns: observed.saturating_sub(started),
                 judge_ns: judged.saturating_sub(observed),

@@ -20,6 +20,7 @@ mod source;
 pub use source::{GeneratorSource, source_of};
 
 use crate::candidate::{Candidate, pose_of};
+use crate::filters::Fill;
 use crate::parameters::{RankerParameters, RiskName, SourceName};
 use crate::scene::Scene;
 use crate::verdict::{RiskLevel, Verdict};
@@ -173,6 +174,11 @@ pub trait Rank: Send + fmt::Debug {
 
     /// See [`Ranker::forget`].
     fn forget(&mut self);
+
+    /// How full its memory of chosen trajectories is; `None` if it has none.
+    fn fill(&self) -> Option<Fill> {
+        None
+    }
 }
 
 impl Rank for Ranker {
@@ -190,6 +196,10 @@ impl Rank for Ranker {
 
     fn forget(&mut self) {
         self.forget();
+    }
+
+    fn fill(&self) -> Option<Fill> {
+        Some(Fill { entries: self.history.len(), bound: self.history_size() })
     }
 }
 
@@ -308,7 +318,7 @@ impl Ranker {
         };
         self.last_source = Some(best.source);
         let candidate = &candidates[best.index];
-        let size = usize::try_from(self.parameters.evaluation.trajectory_history_size).unwrap_or(1);
+        let size = self.history_size();
         let ego = scene.odometry.as_ref().map(|odometry| pose_of(&odometry.pose.pose));
         let chosen = Chosen {
             at: scene.now,
@@ -317,6 +327,11 @@ impl Ranker {
             ego: ego.unwrap_or_default(),
         };
         self.history.push(chosen, size);
+    }
+
+    /// Most trajectories that it remembers.
+    fn history_size(&self) -> usize {
+        usize::try_from(self.parameters.evaluation.trajectory_history_size).unwrap_or(1).max(1)
     }
 
     /// Forgets what was chosen; called after a panic, whatever it left half done. Parameters stay.

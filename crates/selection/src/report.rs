@@ -3,6 +3,7 @@
 use crate::candidate::Candidate;
 use crate::concatenator::Concatenated;
 use crate::data_validity;
+use crate::filters::Fill;
 use crate::scene::Scene;
 use crate::validator::{Enforcement, LoadedFilter, Validator};
 use crate::verdict::{Failure, Judgement, Metric, RiskLevel, Verdict};
@@ -134,6 +135,8 @@ pub struct FilterSummary {
     pub worst_risk: RiskLevel,
     /// Why the first candidate that it objected to is not feasible.
     pub first_reason: Option<String>,
+    /// How full its memory is after the cycle; `None` if it has none.
+    pub fill: Option<Fill>,
 }
 
 /// What every filter did in a cycle, the data-validity check first.
@@ -146,6 +149,7 @@ pub fn filter_summaries(validator: &Validator, verdicts: &[Verdict]) -> Vec<Filt
         let judgements = verdicts.iter().filter_map(|verdict| verdict.judgements.get(index));
         let judgements = judgements.filter(|judgement| judgement.was_needed());
         let mut summary = summary(loaded.name(), loaded.enforcement(), judgements);
+        summary.fill = loaded.fill();
         if let Some(panic) = loaded.lost_memory() {
             summary.panicked += 1;
             summary.first_reason.get_or_insert_with(|| format!("panic while remembering: {panic}"));
@@ -169,6 +173,7 @@ fn summary<'a>(
         panicked: rejections.clone().filter(|judgement| has_panicked(judgement)).count(),
         worst_risk: RiskLevel::worst(judgements.map(Judgement::risk)),
         first_reason: rejections.clone().next().and_then(Judgement::reason).map(Cow::into_owned),
+        fill: None,
     }
 }
 

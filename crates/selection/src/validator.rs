@@ -9,7 +9,7 @@
 
 use crate::candidate::Candidate;
 use crate::data_validity;
-use crate::filters::{CLASSES, Filter, FilterClass, Scratch};
+use crate::filters::{CLASSES, Fill, Filter, FilterClass, Scratch};
 use crate::panics::caught;
 use crate::parameters::ValidatorParameters;
 use crate::scene::Scene;
@@ -94,6 +94,12 @@ impl LoadedFilter {
     #[must_use]
     pub fn lost_memory(&self) -> Option<&str> {
         self.lost_memory.as_deref()
+    }
+
+    /// How full the filter's memory is; `None` if it has none, or cannot tell.
+    #[must_use]
+    pub fn fill(&self) -> Option<Fill> {
+        caught(|| self.filter.fill()).ok().flatten()
     }
 
     /// Why the planner would have to do something about the candidate, if the filter can tell.

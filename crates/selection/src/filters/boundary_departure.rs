@@ -22,7 +22,7 @@ use motion::footprint::Footprint;
 use motion::{VehicleInfo, calculate_stop_distance};
 use smallvec::smallvec;
 
-use super::{Filter, Scratch};
+use super::{Fill, Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{BoundaryDepartureParameters, ValidatorParameters};
 use crate::scene::{Epoch, HdMap, Scene};
@@ -184,6 +184,10 @@ fn is_finite(pose: &Pose) -> bool {
 impl Filter for UncrossableBoundaryDepartureFilter {
     fn name(&self) -> &'static str {
         NAME
+    }
+
+    fn fill(&self) -> Option<Fill> {
+        Some(Fill { entries: self.memory.len(), bound: hysteresis::MOST_KEYS })
     }
 
     fn configure(&mut self, parameters: &ValidatorParameters) {

@@ -32,7 +32,7 @@ use self::passage::Hit;
 use self::priority::PriorityMap;
 use self::settings::Settings;
 use self::stop_tracker::StopTracker;
-use super::{Filter, Scratch};
+use super::{Fill, Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{CollisionCheckParameters, ValidatorParameters};
 use crate::scene::Scene;
@@ -160,6 +160,13 @@ fn cycle_of(odometry: &Odometry, objects: &PredictedObjects) -> Result<Cycle, Co
 impl Filter for CollisionCheckFilter {
     fn name(&self) -> &'static str {
         NAME
+    }
+
+    fn fill(&self) -> Option<Fill> {
+        Some(Fill {
+            entries: self.ego_stops.len() + self.object_stops.len(),
+            bound: 2 * stop_tracker::MAX_TRACKED,
+        })
     }
 
     fn configure(&mut self, parameters: &ValidatorParameters) {

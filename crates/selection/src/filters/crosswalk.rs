@@ -21,7 +21,7 @@ use self::crossings::{Outlook, find_crossings};
 use self::people::{Classes, People};
 use self::route::{Crosswalk, crosswalks_along};
 use self::timers::{Clock, Timers};
-use super::{Filter, Scratch};
+use super::{Fill, Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{CrosswalkParameters, ValidatorParameters};
 use crate::scene::Scene;
@@ -217,6 +217,10 @@ fn first_moving(points: &[TrajectoryPoint]) -> Option<&TrajectoryPoint> {
 impl Filter for CrosswalkFilter {
     fn name(&self) -> &'static str {
         NAME
+    }
+
+    fn fill(&self) -> Option<Fill> {
+        Some(Fill { entries: self.timers.len(), bound: timers::MAX_KEYS })
     }
 
     fn configure(&mut self, parameters: &ValidatorParameters) {

@@ -23,7 +23,7 @@ use self::compliance::{Demand, Ego, Findings, Shown};
 use self::memory::Memory;
 use self::route_lights::{RouteLights, UnknownLanelet};
 use self::signal_tracker::{AmberOrigin, Signal, SignalTracker, seconds_between};
-use super::{Filter, Scratch};
+use super::{Fill, Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{TrafficLightParameters, ValidatorParameters};
 use crate::scene::Scene;
@@ -207,6 +207,13 @@ fn metric(name: &'static str, violated: bool) -> Metric {
 impl Filter for TrafficLightFilter {
     fn name(&self) -> &'static str {
         NAME
+    }
+
+    fn fill(&self) -> Option<Fill> {
+        Some(Fill {
+            entries: self.tracker.len() + self.memory.len(),
+            bound: signal_tracker::MAX_LIGHTS + memory::MAX_CANDIDATES,
+        })
     }
 
     fn configure(&mut self, parameters: &ValidatorParameters) {

@@ -12,7 +12,7 @@ const FORGET_AFTER_BUFFERS: f64 = 10.0;
 /// Time may go back by this much before everything is forgotten: a recording that starts again.
 const GOES_BACK_S: f64 = 1.0;
 /// Keys beyond this number are not remembered; a candidate without memory is judged without delay.
-const MOST_KEYS: usize = 1 << 16;
+pub(super) const MOST_KEYS: usize = 1 << 16;
 
 /// How long findings must last or be absent before the verdict changes.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +90,6 @@ impl Memory {
     }
 
     /// Number of keys.
-    #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.entries.len()
     }

@@ -7,7 +7,7 @@ use messages::unique_identifier_msgs::Uuid;
 use std::collections::HashMap;
 
 /// More standing objects than this are not tracked; an untracked one counts as moving, the careful side.
-const MAX_TRACKED: usize = 4096;
+pub(super) const MAX_TRACKED: usize = 4096;
 
 #[derive(Debug, Clone, Copy)]
 struct Record {
@@ -58,6 +58,11 @@ impl StopTracker {
             (Some(record), Some(last_ns)) => last_ns - record.stopped_since_ns,
             _ => 0,
         }
+    }
+
+    /// Number of things that stand.
+    pub(super) fn len(&self) -> usize {
+        self.standing.len()
     }
 
     #[cfg(test)]

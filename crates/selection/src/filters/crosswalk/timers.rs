@@ -205,7 +205,6 @@ impl Timers {
     }
 
     /// Number of candidate keys with somebody to wait for.
-    #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.keys.len()
     }

@@ -151,7 +151,7 @@ impl Memory {
         self.candidates.clear();
     }
 
-    #[cfg(test)]
+    /// Number of candidates.
     pub(super) fn len(&self) -> usize {
         self.candidates.len()
     }

@@ -196,7 +196,7 @@ impl SignalTracker {
         self.lights.get(&light_id).map_or(AmberOrigin::NotAmber, |light| light.origin)
     }
 
-    #[cfg(test)]
+    /// Number of lights.
     pub(super) fn len(&self) -> usize {
         self.lights.len()
     }
