@@ -96,6 +96,19 @@ pub enum MapError {
         /// The operating system's answer.
         source: std::io::Error,
     },
+    /// Centerlines with more points than any map has: positions are wrong, or the unit of length is.
+    #[error(
+        "lanelet {lanelet} is {length_m:.0} m long, with it the centerlines have more than {limit} points; \
+            check the positions of its points"
+    )]
+    EndlessCenterline {
+        /// The lanelet with which there are too many.
+        lanelet: i64,
+        /// Length of the longer of its bounds.
+        length_m: f64,
+        /// Most points that are made.
+        limit: usize,
+    },
     /// More bytes or elements than the compact indexes can hold.
     #[error("the map is larger than the supported {limit} bytes; split it into parts")]
     TooLarge {

@@ -52,7 +52,7 @@ impl Default for OsmOptions {
 ///
 /// # Errors
 /// [`MapError::Xml`], [`MapError::Projection`], [`MapError::LocalCoordinate`], [`MapError::NonFinitePoint`],
-/// [`MapError::TooLarge`], and [`MapError::Refused`] in strict mode.
+/// [`MapError::TooLarge`], [`MapError::EndlessCenterline`], and [`MapError::Refused`] in strict mode.
 pub fn read<'t>(
     texts: impl IntoIterator<Item = &'t [u8]>,
     options: &OsmOptions,
@@ -77,7 +77,7 @@ pub fn read<'t>(
         return Err(MapError::Refused { issues });
     }
     if let Some(resolution_m) = options.centerline_resolution_m {
-        centerline::add(&mut store, resolution_m);
+        centerline::add(&mut store, resolution_m)?;
     }
     let map = Map::from_store(store.finish()?);
     Ok(LoadedMap { map, issues, projector: Some(projector), format_version, map_version })

@@ -1,12 +1,21 @@
 //! Centerlines as Autoware's map loader adds them before it publishes a map.
 
+use crate::error::MapError;
 use crate::map::elements::Polyline;
 use crate::map::store::{AttributeRecord, Handle, LaneletRecord, LineRecord, PointRecord, Span, Store};
 
+/// Most points of all centerlines of a map: a hundred thousand kilometres of lanes. A file of a few hundred bytes can
+/// claim more than any memory holds.
+const MAX_POINTS: usize = 20_000_000;
+
 /// Gives every lanelet whose bounds have at least two points a centerline of its own points and line, in no
 /// layer. A centerline that was there is remembered in the attribute `waypoints`.
-pub(super) fn add(store: &mut Store, resolution_m: f64) {
+///
+/// # Errors
+/// [`MapError::EndlessCenterline`] where that would take more than [`MAX_POINTS`].
+pub(super) fn add(store: &mut Store, resolution_m: f64) -> Result<(), MapError> {
     let (mut left, mut right) = (Vec::new(), Vec::new());
+    let mut room = MAX_POINTS;
     // In the order of ids, so that the same map gets the same new ids.
     let mut order: Vec<usize> = (0..store.lanelets.len()).collect();
     order.sort_by_key(|at| store.lanelets[*at].id);
@@ -19,7 +28,13 @@ pub(super) fn add(store: &mut Store, resolution_m: f64) {
         }
         let attributes = with_waypoints(store, &lanelet);
         let longer = length(&left).max(length(&right));
+        // Saturates where the length is not even finite.
         let segments = ((longer / resolution_m).ceil() as usize).max(1);
+        room = room.checked_sub(segments.saturating_add(1)).ok_or(MapError::EndlessCenterline {
+            lanelet: lanelet.id,
+            length_m: longer,
+            limit: MAX_POINTS,
+        })?;
         let middles: Vec<[f64; 3]> = resampled(&left, segments)
             .zip(resampled(&right, segments))
             .map(|(l, r)| std::array::from_fn(|axis| (l[axis] + r[axis]) / 2.0))
@@ -27,6 +42,7 @@ pub(super) fn add(store: &mut Store, resolution_m: f64) {
         let centerline = push_line(store, &middles);
         store.lanelets[at] = LaneletRecord { attributes, centerline, ..lanelet };
     }
+    Ok(())
 }
 
 fn positions(store: &Store, line: Handle, out: &mut Vec<[f64; 3]>) {
@@ -101,6 +117,8 @@ fn resampled(line: &[[f64; 3]], segments: usize) -> impl Iterator<Item = [f64; 3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::osm::{self, OsmOptions};
+    use crate::projection::Projector;
 
     #[test]
     fn resampling_walks_the_line_in_equal_steps() {
@@ -110,5 +128,26 @@ mod tests {
         assert_eq!(found, expected);
         let standing = [[1.0, 1.0, 1.0]; 2];
         assert_eq!(resampled(&standing, 1).collect::<Vec<_>>(), standing);
+    }
+
+    #[test]
+    fn a_lanelet_around_the_world_and_farther_gets_no_centerline() {
+        for (far, is_refused) in [("1e3", false), ("1e9", true), ("1e12", true), ("1e300", true)] {
+            let node = |id, x: &str, y| {
+                format!(
+                    r#"<node id="{id}" lat="0" lon="0"><tag k="local_x" v="{x}"/><tag k="local_y" v="{y}"/></node>"#
+                )
+            };
+            let nodes = [node(1, "0", 0), node(2, far, 0), node(3, "0", 3), node(4, far, 3)].concat();
+            let text = format!(
+                r#"<osm>{nodes}<way id="10"><nd ref="3"/><nd ref="4"/></way><way id="11"><nd ref="1"/><nd ref="2"/></way>
+                   <relation id="20"><member type="way" role="left" ref="10"/><member type="way" role="right" ref="11"/>
+                   <tag k="type" v="lanelet"/><tag k="subtype" v="road"/></relation></osm>"#
+            );
+            let options = OsmOptions { projector: Some(Projector::Local), ..OsmOptions::default() };
+            let read = osm::read([text.as_bytes()], &options);
+            let refused = matches!(read, Err(MapError::EndlessCenterline { lanelet: 20, .. }));
+            assert_eq!(refused, is_refused, "{far}: {:?}", read.err());
+        }
     }
 }
