@@ -7,6 +7,7 @@
 
 pub mod drive;
 mod feed;
+pub mod graph;
 pub mod limit;
 
 use crate::allocations;
@@ -34,6 +35,8 @@ const INTERFACE: Interface = Interface::V0_53;
 /// Memory has its steady size after this share of a run, or this long.
 const WARM_SHARE: u64 = 10;
 const WARM_TIME: Duration = Duration::from_secs(60);
+/// After this long without an answer no further one is waited for.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// How fast anchors come.
 #[derive(Debug, Clone, Copy, PartialEq)]

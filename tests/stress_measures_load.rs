@@ -203,3 +203,16 @@ fn a_drive_is_a_load_with_as_many_candidates_as_wanted() {
     let contradiction = run_drive(&["--scene", "dense"]);
     assert_eq!(contradiction.exit_code, 2, "{}", contradiction.stderr);
 }
+
+/// As fast as cycles end, an anchor follows the answer to the one before, so none is merged and each is answered.
+#[test]
+fn the_load_goes_through_the_graph_and_comes_back() {
+    let run = stress(&["--through", "ros", "--threads", "2"]);
+    assert_eq!(run.exit_code, 0, "{}", run.stderr);
+    assert_eq!(run.json["graph"], json!({ "anchors": CYCLES, "answers": CYCLES }));
+    assert_eq!(number(&run.json, &["cycles", "anchor"]), CYCLES);
+    assert_eq!(number(&run.json, &["candidates", "judged"]), CYCLES * CANDIDATES);
+    assert_eq!(number(&run.json, &["latency_us", "round_trip", "count"]), CYCLES);
+    let both = stress(&["--through", "ros", "--hours", "1"]);
+    assert_eq!(both.exit_code, 2, "{}", both.stderr);
+}

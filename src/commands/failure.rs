@@ -4,6 +4,7 @@ use crate::bag::BagError;
 use crate::drive::DriveError;
 use crate::parking_scene::SceneError;
 use crate::ros::environment::EnvironmentError;
+use crate::ros::graph::{GraphError, WriteError};
 use crate::ros::names::NameError;
 use crate::ros::node::NodeError;
 use crate::settings::SettingsError;
@@ -156,6 +157,18 @@ impl From<NodeError> for Failure {
             NodeError::System(error) => error.into(),
             NodeError::Dead => Self::internal(error.to_string()),
         }
+    }
+}
+
+impl From<GraphError> for Failure {
+    fn from(error: GraphError) -> Self {
+        NodeError::from(error).into()
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        Self::internal(error.to_string())
     }
 }
 

@@ -8,9 +8,10 @@ use crate::report::table;
 use crate::scenario::load::{Load, LoadScene};
 use crate::settings::Settings;
 use crate::stress::drive::DriveStress;
+use crate::stress::graph::Carried;
 use crate::stress::limit::{self, Limit, Probe};
 use crate::stress::{Heap, Memory, PERIOD_NS, Pace, Stress, Stressed};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use selection::concatenator::MAX_GENERATORS;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -76,6 +77,10 @@ pub struct StressArguments {
     /// A recorded drive as the load instead: points, objects and paths are those of the recording.
     #[arg(long, value_name = "DRIVE", conflicts_with_all = ["scene", "points", "objects", "paths", "generators", "seed", "hours"])]
     pub drive: Option<PathBuf>,
+    /// Bring the load through the graph: the node with its door, and somebody who plays sensors and planners, on the
+    /// loopback interface. Time passes by itself.
+    #[arg(long, value_name = "ros", conflicts_with_all = ["drive", "hours", "find_limit", "report"])]
+    pub through: Option<Way>,
     /// Seed of places, speeds and manoeuvres.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -85,6 +90,13 @@ pub struct StressArguments {
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
+}
+
+/// Another way for the load than straight to the actors.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Way {
+    /// Through the middleware.
+    Ros,
 }
 
 fn parse_scene(text: &str) -> Result<LoadScene, String> {
@@ -127,6 +139,8 @@ pub struct StressReport {
     pub fresh_verdicts_hash: Option<String>,
     /// The largest load that held; null where none was sought.
     pub limit: Option<Limit>,
+    /// What went through the graph; null where nothing did.
+    pub graph: Option<Carried>,
 }
 
 /// How much of everything.
@@ -198,7 +212,7 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
         progress: progress && std::io::stderr().is_terminal(),
     };
     allocations::start_counting();
-    let mut limit = None;
+    let (mut limit, mut graph) = (None, None);
     let stressed = if let Some(path) = &arguments.drive {
         let candidates = arguments.candidates.map(|count| count as usize);
         let (cycles, pace) = (arguments.cycles, arguments.pace());
@@ -209,6 +223,10 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
         stress.load.candidates = found.candidates.max(1);
         limit = Some(found);
         at_limit
+    } else if let Some(Way::Ros) = arguments.through {
+        let (stressed, carried) = stress.run_through_graph(&settings)?;
+        graph = Some(carried);
+        stressed
     } else {
         stress.run(&settings)?
     };
@@ -243,6 +261,7 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
         verdicts_hash: last.map(shown_hash),
         fresh_verdicts_hash: fresh.map(shown_hash),
         limit,
+        graph,
     })
 }
 
@@ -351,6 +370,9 @@ impl fmt::Display for StressReport {
             shown(most),
             shown(end)
         )?;
+        if let Some(Carried { anchors, answers }) = self.graph {
+            writeln!(f, "through the graph: {anchors} anchors, {answers} validated sets came back")?;
+        }
         if let Some(limit) = &self.limit {
             let Limit { candidates, at_least, deadline_ms, rate_hz, .. } = limit;
             let rate = rate_hz.map_or("at full speed".to_owned(), |rate_hz| format!("at {rate_hz} Hz"));

@@ -278,6 +278,11 @@ impl Statistics {
         self.generators.entry(generator.to_owned()).or_default()
     }
 
+    /// Takes in a time that was measured elsewhere.
+    pub fn record(&mut self, stage: &str, took: Duration) {
+        record(&mut self.latency, stage, took);
+    }
+
     /// Cycles started by a trigger.
     #[must_use]
     pub fn cycles_by(&self, trigger: Trigger) -> u64 {

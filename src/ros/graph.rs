@@ -7,9 +7,10 @@
 
 use super::payload::{Payload, PayloadAdapter};
 use super::qos::Qos;
+use futures::{Stream, StreamExt};
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, MessageTypeName, NodeName, builtin_topics};
-use rustdds::no_key::{DataWriter, DataWriterCdr, SimpleDataReader};
+use rustdds::no_key::{DataWriter, DataWriterCdr, DeserializedCacheChange, SimpleDataReader};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, Publisher, QosPolicies, RTPSEntity, Subscriber,
     Timestamp, Topic, TopicDescription, TopicKind, WriteOptions, WriteOptionsBuilder,
@@ -74,6 +75,14 @@ pub struct Reader {
     /// Topic as ROS names it.
     pub topic: String,
     pub(super) reader: SimpleDataReader<Payload, PayloadAdapter>,
+}
+
+impl Reader {
+    /// Everything that comes and can be read; ends with the subscription.
+    pub fn payloads(&self) -> impl Stream<Item = Payload> {
+        let samples = self.reader.as_async_stream();
+        samples.filter_map(|sample| std::future::ready(sample.ok().map(DeserializedCacheChange::into_value)))
+    }
 }
 
 impl std::fmt::Debug for Reader {

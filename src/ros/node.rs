@@ -209,6 +209,12 @@ impl Node {
         Ok(node)
     }
 
+    /// Counts and latencies so far.
+    #[must_use]
+    pub fn statistics(&self) -> Arc<Mutex<Statistics>> {
+        self.statistics.clone()
+    }
+
     /// Runs until `end` is ready, then lets the running cycle end and leaves the graph.
     pub async fn run(mut self, end: impl Future<Output = ()>) -> Ended {
         let servers = std::mem::take(&mut self.servers);

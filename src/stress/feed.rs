@@ -55,16 +55,25 @@ impl Stamped {
         Some(Self { topic: first.topic(), cdr, stamps })
     }
 
+    pub(super) fn topic(&self) -> InputTopic {
+        self.topic
+    }
+
     /// The message of a time, as it is when it has been decoded.
     pub(super) fn at(&mut self, now: Time) -> Result<Input, Failure> {
+        let topic = self.topic;
+        topic.decode(self.cdr_at(now), INTERFACE).map_err(|error| Failure::internal(error.to_string()))
+    }
+
+    /// The message of a time, serialised.
+    pub(super) fn cdr_at(&mut self, now: Time) -> &[u8] {
         let mut stamp = [0; STAMP_BYTES];
         stamp[..4].copy_from_slice(&now.sec.to_le_bytes());
         stamp[4..].copy_from_slice(&now.nanosec.to_le_bytes());
         for &at in &self.stamps {
             self.cdr[at..at + STAMP_BYTES].copy_from_slice(&stamp);
         }
-        let decoded = self.topic.decode(&self.cdr, INTERFACE);
-        decoded.map_err(|error| Failure::internal(error.to_string()))
+        &self.cdr
     }
 }
 
