@@ -188,7 +188,15 @@ impl Sequence {
     pub fn read(path: &Path, maps: &mut Maps) -> Result<Self, GoldenError> {
         let text =
             std::fs::read(path).map_err(|source| GoldenError::Read { path: path.to_owned(), source })?;
-        scene::sequence(path, &text, maps)
+        Self::parse(path, &text, maps)
+    }
+
+    /// Reads the text of a sequence, and its map. `path` is what errors call it, and where its map is looked for.
+    ///
+    /// # Errors
+    /// Everything in [`GoldenError`].
+    pub fn parse(path: &Path, text: &[u8], maps: &mut Maps) -> Result<Self, GoldenError> {
+        scene::sequence(path, text, maps)
     }
 }
 

@@ -23,8 +23,9 @@ fn read(path: &Path) -> String {
 /// Files of this name or ending in the source folders, with their paths from the root.
 fn sources(is_wanted: &dyn Fn(&str) -> bool) -> Vec<(String, String)> {
     let mut found = Vec::new();
-    let mut folders: Vec<PathBuf> =
-        ["src", "actors", "crates", "tests", "benches", "examples"].map(|folder| root().join(folder)).into();
+    let mut folders: Vec<PathBuf> = ["src", "actors", "crates", "tests", "benches", "examples", "fuzz"]
+        .map(|folder| root().join(folder))
+        .into();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).into_iter().flatten().map(Result::unwrap) {
             let path = entry.path();

@@ -18,13 +18,20 @@ const FOLDER: &str = "maps";
 pub struct Maps {
     folder: Option<PathBuf>,
     decoded: HashMap<PathBuf, Arc<Map>>,
+    only: Option<Arc<Map>>,
 }
 
 impl Maps {
     /// Maps in this folder; without one, in the folder `maps` beside the folder of each sequence.
     #[must_use]
     pub fn new(folder: Option<PathBuf>) -> Self {
-        Self { folder, decoded: HashMap::new() }
+        Self { folder, ..Self::default() }
+    }
+
+    /// One map, whatever it is called; no file is looked for.
+    #[must_use]
+    pub fn of_one(map: Arc<Map>) -> Self {
+        Self { only: Some(map), ..Self::default() }
     }
 
     /// The map that a sequence names. Of a map `name.osm` the archive `name.bin` is read where there is one: it holds
@@ -33,6 +40,9 @@ impl Maps {
     /// # Errors
     /// [`GoldenError::Map`] with the path that was tried.
     pub fn get(&mut self, sequence: &Path, name: &str) -> Result<Arc<Map>, GoldenError> {
+        if let Some(map) = &self.only {
+            return Ok(map.clone());
+        }
         let named = self.folder_of(sequence).join(name);
         if let Some(map) = self.decoded.get(&named) {
             return Ok(map.clone());

@@ -1,0 +1,171 @@
+//! The open-space planner on arbitrary scenes: whatever it claims to be a plan, an independent look finds nothing wrong
+//! with.
+
+#[path = "../../crates/open-space/tests/support/judge.rs"]
+mod judge;
+
+use arbitrary::{Arbitrary, Unstructured};
+use motion::{Point2, VehicleDimensions, VehicleInfo};
+use open_space::planner::Step;
+use open_space::{
+    Interruption, Limits, OpenSpaceParameters, PlanError, PlanarPose, Planner, Problem, Supervisor,
+};
+
+/// Nodes that each search may expand: a run takes milliseconds, not seconds.
+const MAX_EXPANSIONS: u32 = 100;
+
+/// A number in centimetres, or hundredths of anything; now and then one that nobody would write.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hundredths<const LARGEST: i32>(pub(crate) f64);
+
+impl<'a, const LARGEST: i32> Arbitrary<'a> for Hundredths<LARGEST> {
+    fn arbitrary(u: &mut Unstructured<'a>) -> arbitrary::Result<Self> {
+        Ok(Self(match u.arbitrary::<u8>()? {
+            255 => u.arbitrary()?,
+            254 => u
+                .choose(&[f64::NAN, f64::INFINITY, -f64::INFINITY, -0.0, f64::MAX, f64::MIN_POSITIVE])
+                .copied()?,
+            high => {
+                let number = i32::from(high) << 8 | i32::from(u.arbitrary::<u8>()?);
+                f64::from(number % (2 * LARGEST + 1) - LARGEST) / 100.0
+            }
+        }))
+    }
+}
+
+type Metres = Hundredths<900>;
+type Radians = Hundredths<315>;
+
+#[derive(Debug, Arbitrary)]
+struct Place {
+    x: Metres,
+    y: Metres,
+    yaw: Radians,
+}
+
+impl Place {
+    fn pose(&self) -> PlanarPose {
+        PlanarPose::new(self.x.0, self.y.0, self.yaw.0)
+    }
+}
+
+#[derive(Debug, Arbitrary)]
+enum Obstacle {
+    Wall { points: Vec<(Metres, Metres)> },
+    Solid { points: Vec<(Metres, Metres)> },
+    Box { at: Place, length: Hundredths<400>, width: Hundredths<250> },
+}
+
+impl Obstacle {
+    fn polyline(&self) -> Vec<Point2> {
+        let point = |(x, y): &(Metres, Metres)| Point2::new(x.0, y.0);
+        match self {
+            Self::Wall { points } => points.iter().take(12).map(point).collect(),
+            Self::Solid { points } => {
+                let mut outline: Vec<Point2> = points.iter().take(12).map(point).collect();
+                outline.extend(outline.first().copied());
+                outline
+            }
+            Self::Box { at, length, width } => {
+                let (sin, cos) = at.yaw.0.sin_cos();
+                [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]]
+                    .map(|[a, b]| (a * length.0 / 2.0, b * width.0 / 2.0))
+                    .map(|(a, b)| Point2::new(at.x.0 + cos * a - sin * b, at.y.0 + sin * a + cos * b))
+                    .to_vec()
+            }
+        }
+    }
+}
+
+#[derive(Debug, Arbitrary)]
+struct Drawn {
+    goal: Place,
+    start: Place,
+    /// Drawn limits instead of those as shipped: of speeds, acceleration, jerk and steering.
+    limits: Option<[u8; 5]>,
+    start_speed: u8,
+    interrupted_after: u8,
+    is_cancelled: bool,
+    small_vehicle: bool,
+    bounds: Option<[Metres; 4]>,
+    obstacles: Vec<Obstacle>,
+}
+
+impl Drawn {
+    fn problem(&self) -> Problem {
+        let limits = self.limits.map_or_else(Limits::default, |drawn| {
+            let [forward, reverse, acceleration, jerk, steering] = drawn.map(|x| 0.05 + f64::from(x) / 64.0);
+            Limits {
+                max_speed_forward_mps: forward,
+                max_speed_reverse_mps: reverse,
+                max_acceleration_mps2: acceleration,
+                max_jerk_mps3: 2.0 * jerk,
+                max_steer_rate_rps: steering / 2.0,
+            }
+        });
+        let mut dimensions = *VehicleInfo::default().dimensions();
+        if self.small_vehicle {
+            dimensions = VehicleDimensions { wheel_base_m: 1.2, wheel_tread_m: 0.8, ..dimensions };
+        }
+        let bounds = self.bounds.as_ref().map_or([-12.0, 12.0, -12.0, 12.0], |drawn| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| drawn[k].0);
+            [a.min(b), a.max(b), c.min(d), c.max(d)]
+        });
+        Problem {
+            vehicle: VehicleInfo::new(dimensions).expect("a vehicle that can be"),
+            limits,
+            bounds,
+            obstacles: self.obstacles.iter().take(16).map(Obstacle::polyline).collect(),
+            start: self.start.pose(),
+            start_speed_mps: if self.start_speed > 200 {
+                f64::from(self.start_speed) / 100.0 - 2.2
+            } else {
+                0.0
+            },
+            start_acceleration_mps2: 0.0,
+            goal: self.goal.pose(),
+        }
+    }
+}
+
+/// Lets the planner go on for so many questions.
+struct Budget {
+    questions: u32,
+    then: Interruption,
+}
+
+impl Supervisor for Budget {
+    fn interruption(&mut self) -> Option<Interruption> {
+        self.questions = self.questions.saturating_sub(1);
+        (self.questions == 0).then_some(self.then)
+    }
+
+    fn begin(&mut self, _: Step) {}
+}
+
+/// A scene to park in.
+pub fn open_space(bytes: &[u8]) {
+    let Ok(drawn) = Drawn::arbitrary_take_rest(Unstructured::new(bytes)) else { return };
+    let problem = drawn.problem();
+    let mut parameters = OpenSpaceParameters::default();
+    parameters.search.max_expansions = MAX_EXPANSIONS;
+    parameters.search.extra_expansions = 0;
+    let mut budget = Budget {
+        questions: 1 + 4 * u32::from(drawn.interrupted_after),
+        then: if drawn.is_cancelled { Interruption::Cancelled } else { Interruption::OutOfTime },
+    };
+    match Planner::new(parameters).plan(&problem, &mut budget) {
+        Ok(plan) => {
+            let points = &plan.trajectory.points;
+            assert!(points.iter().all(|point| {
+                let numbers = [point.time_s, point.curvature, point.speed_mps, point.acceleration_mps2];
+                point.pose.is_finite() && numbers.iter().all(|number| number.is_finite())
+            }));
+            let faults = judge::faults(&plan.trajectory, &problem);
+            assert!(faults.is_empty(), "{:?}\n{problem:#?}", faults.first());
+        }
+        // What it made itself must pass its own last check.
+        Err(PlanError::Invalid(violation)) => panic!("{violation}\n{problem:#?}"),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
