@@ -13,6 +13,7 @@ pub mod park;
 pub mod profile;
 pub mod replay;
 pub mod stress;
+pub mod top;
 pub mod verify;
 
 pub use failure::Failure;
@@ -65,6 +66,8 @@ pub enum Command {
     Explain(explain::ExplainArguments),
     /// Look whether this host is fit to run the node: network, domain, buffers, clock, cores.
     Doctor,
+    /// Watch a recorded drive or a running node on the terminal: rate, verdicts, latencies, warnings.
+    Top(top::TopArguments),
     /// Plan a parking manoeuvre: search, smooth, time, check, and draw it.
     Park(park::ParkArguments),
     /// Hold the filters against recorded scenes with known verdicts.
@@ -84,6 +87,7 @@ impl Command {
             Self::Check(_) => "check",
             Self::Explain(_) => "explain",
             Self::Doctor => "doctor",
+            Self::Top(_) => "top",
             Self::Park(_) => "park",
             Self::Verify(_) => "verify",
         }
@@ -157,7 +161,7 @@ pub fn main() -> u8 {
         Ok(cli) => cli,
         Err(usage) => return answer_usage(&usage, wants_json),
     };
-    if !matches!(cli.command, Command::Node(_)) {
+    if !matches!(cli.command, Command::Node(_) | Command::Top(_)) {
         // A second subscriber cannot be there: this runs once.
         let _ = tracing_subscriber::fmt()
             .with_max_level(cli.log_level.unwrap_or(LevelFilter::ERROR))
@@ -184,6 +188,7 @@ pub fn main() -> u8 {
         Command::Check(arguments) => return answer_check(&arguments, cli.json),
         Command::Explain(arguments) => return answer_explain(&arguments, cli.json),
         Command::Doctor => return answer_doctor(cli.json),
+        Command::Top(arguments) => return answer_top(&arguments, cli.log_level, cli.json),
         Command::Park(arguments) => return answer_park(&arguments, cli.json),
         Command::Verify(arguments) => return answer_verify(arguments, cli.json),
     };
@@ -228,6 +233,18 @@ fn answer_profile(arguments: &profile::ProfileArguments, json: bool) -> u8 {
     match profile::run(arguments) {
         Ok(report) => answer_measured(&report.summary.common, &report, json),
         Err(failure) => answer_failure("profile", failure, json),
+    }
+}
+
+/// The screen was the answer; what is left is whether all went well.
+fn answer_top(arguments: &top::TopArguments, level: Option<LevelFilter>, json: bool) -> u8 {
+    match top::run(arguments, level) {
+        Ok(report) => {
+            report.common.errors.iter().for_each(tell);
+            print_json_if(json, &report);
+            report.common.exit_code
+        }
+        Err(failure) => answer_failure("top", failure, json),
     }
 }
 
@@ -380,7 +397,8 @@ fn write_page(page: Page, summary: &RunSummary, file: &Path) -> Result<(), Failu
 }
 
 fn tell(failure: &Failure) {
-    eprintln!("{failure}");
+    // With nobody left to read it, nothing can be done.
+    let _ = writeln!(std::io::stderr(), "{failure}");
 }
 
 fn print_json_if(json: bool, value: &impl Serialize) {

@@ -14,3 +14,4 @@ pub mod scenario;
 pub mod session;
 pub mod settings;
 pub mod stress;
+pub mod top;

@@ -9,6 +9,8 @@ use crate::report::page::Page;
 use crate::report::samples::Samples;
 use crate::report::statistics::Statistics;
 use crate::report::trace::Trace;
+use crate::top::{self, Told};
+use crossbeam_channel::Sender;
 use messages::{Interface, Message};
 use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::{Outcome, OutputTopic, Publication, Sink, SinkError};
@@ -38,6 +40,8 @@ pub struct Recording {
     pub missed: u64,
     /// Everything published is encoded as this, as if all outputs had a subscriber, and then dropped.
     pub encode_as: Option<Interface>,
+    /// Whoever looks on is told here what is published. One who does not keep up misses some of it.
+    pub tap: Option<Sender<Told>>,
     watch: Option<u64>,
     writer: Option<Writer>,
 }
@@ -168,6 +172,9 @@ impl Sink for Recorder {
         if let Some(interface) = recording.encode_as {
             // Kept from being optimised away: the cost is what is wanted.
             std::hint::black_box(publication.message.to_cdr(interface));
+        }
+        if let Some(tap) = recording.tap.as_ref().filter(|_| top::is_counted(publication.topic)) {
+            let _ = tap.try_send(Told::Published(publication.topic, publication.message.clone()));
         }
         match &mut recording.writer {
             Some(writer) => writer.write(&publication).map_err(|error| SinkError(Arc::new(error))),

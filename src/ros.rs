@@ -19,3 +19,4 @@ pub mod qos;
 pub mod rosout;
 pub mod services;
 pub mod subscriptions;
+pub mod watcher;

@@ -85,7 +85,7 @@ pub fn run(arguments: &NodeArguments, ros: &RosArguments, cli: &Output) -> Resul
         .map_err(|error| Failure::internal(format!("the runtime cannot be started: {error}")))?;
     let threads = arguments.threads.map_or_else(super::cores, usize::from);
     let start = Start {
-        graph: graph_options(arguments, &environment),
+        graph: graph_options(&arguments.interface_address, &environment),
         mapping: mapping(arguments, &environment),
         settings: settings.clone(),
         threads,
@@ -137,9 +137,9 @@ fn severity(level: LevelFilter) -> Option<Severity> {
     })
 }
 
-fn graph_options(arguments: &NodeArguments, environment: &Environment) -> GraphOptions {
+pub(super) fn graph_options(addresses: &[IpAddr], environment: &Environment) -> GraphOptions {
     let interfaces = match environment.discovery {
-        _ if !arguments.interface_address.is_empty() => arguments.interface_address.clone(),
+        _ if !addresses.is_empty() => addresses.to_vec(),
         Discovery::Localhost => vec![IpAddr::V4(Ipv4Addr::LOCALHOST)],
         Discovery::Subnet => Vec::new(),
     };

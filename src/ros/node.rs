@@ -39,7 +39,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tracing::{info, warn};
 
-const ROSOUT_TOPIC: &str = "/rosout";
+pub(super) const ROSOUT_TOPIC: &str = "/rosout";
 const CLOCK_TOPIC: &str = "/clock";
 const PARAMETER_EVENTS_TOPIC: &str = "/parameter_events";
 
