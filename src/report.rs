@@ -17,4 +17,4 @@ pub mod statistics;
 pub mod summary;
 pub mod table;
 pub mod trace;
-pub(crate) mod usage;
+pub mod usage;

@@ -4,7 +4,8 @@
 const TICKS_PER_SECOND: f64 = 100.0;
 
 /// Processor time of all threads so far, s.
-pub(crate) fn cpu_s() -> Option<f64> {
+#[must_use]
+pub fn cpu_s() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The second field is the program's name in parentheses and may contain blanks.
     let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
