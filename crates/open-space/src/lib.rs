@@ -22,6 +22,7 @@ pub mod pose;
 pub mod problem;
 pub mod provider;
 pub mod reeds_shepp;
+pub mod region_of_interest;
 pub mod scenes;
 pub mod smoother;
 pub mod speed;
