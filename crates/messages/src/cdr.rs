@@ -177,6 +177,30 @@ impl Cdr for u8 {
     }
 }
 
+impl Cdr for i8 {
+    const MIN_BYTES: usize = 1;
+
+    #[inline]
+    fn encode(&self, writer: &mut Writer) {
+        writer.put(self.to_le_bytes());
+    }
+
+    #[inline]
+    fn decode(reader: &mut Reader<'_>) -> Result<Self, DecodeErrorKind> {
+        u8::decode(reader).map(u8::cast_signed)
+    }
+
+    fn definition_name() -> Cow<'static, str> {
+        Cow::Borrowed("int8")
+    }
+
+    /// A grid has a million of them.
+    fn decode_many(reader: &mut Reader<'_>, count: usize) -> Result<Vec<Self>, DecodeErrorKind> {
+        let bytes = reader.take_slice(count)?;
+        Ok(bytes.iter().copied().map(u8::cast_signed).collect())
+    }
+}
+
 impl Cdr for bool {
     const MIN_BYTES: usize = 1;
 

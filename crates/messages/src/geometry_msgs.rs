@@ -85,6 +85,17 @@ message! {
 }
 
 message! {
+    /// A pose with its time and frame.
+    #[derive(Default)]
+    PoseStamped = "geometry_msgs/msg/PoseStamped" {
+        /// Time and frame.
+        header: Header,
+        /// The pose.
+        pose: Pose,
+    }
+}
+
+message! {
     /// A pose with its uncertainty.
     #[derive(Copy)]
     PoseWithCovariance = "geometry_msgs/msg/PoseWithCovariance" {

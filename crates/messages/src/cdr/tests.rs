@@ -38,7 +38,7 @@ macro_rules! sample_integers {
     )*};
 }
 
-sample_integers!(u8, u16, u32, u64, i32, i64);
+sample_integers!(u8, u16, u32, u64, i8, i32, i64);
 
 impl Sample for f64 {
     fn sample(random: &mut Random) -> Self {
@@ -114,6 +114,8 @@ macro_rules! for_every_message {
         $check::<diagnostic_msgs::DiagnosticArray>($($argument),*);
         $check::<foxglove_msgs::SceneUpdate>($($argument),*);
         $check::<geometry_msgs::AccelWithCovarianceStamped>($($argument),*);
+        $check::<geometry_msgs::PoseStamped>($($argument),*);
+        $check::<nav_msgs::OccupancyGrid>($($argument),*);
         $check::<nav_msgs::Odometry>($($argument),*);
         $check::<rcl_interfaces::DescribeParametersRequest>($($argument),*);
         $check::<rcl_interfaces::DescribeParametersResponse>($($argument),*);
