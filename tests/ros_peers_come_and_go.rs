@@ -5,18 +5,20 @@
 
 #[path = "interop_support/lab.rs"]
 mod lab;
+#[path = "interop_support/road.rs"]
+mod road;
 
-use lab::{Lab, PATIENCE, Peer, isolated};
-use lanelet_map::{Map, MapBuilder};
+use lab::{Lab, PATIENCE, Peer, isolated, on_loopback};
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
-use messages::autoware_map_msgs::LaneletMapBin;
 use messages::autoware_planning_msgs::TrajectoryPoint;
 use messages::builtin_interfaces::{Duration as RosDuration, Time};
 use messages::std_msgs::{Header, Text};
 use messages::unique_identifier_msgs::Uuid;
 use messages::{Interface, Message};
+use road::{LANELETS_OF_20_MB, road_message};
 use selector_actors::{InputTopic, OutputTopic};
 use serde_json::json;
+use std::net::UdpSocket;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -45,24 +47,6 @@ fn candidate(generator: u8) -> Vec<u8> {
     let info = GeneratorInfo { generator_id, generator_name: Text { data: format!("Planner_{generator}") } };
     CandidateTrajectories { candidate_trajectories: vec![Arc::new(candidate)], generator_info: vec![info] }
         .to_cdr(Interface::default())
-}
-
-/// A straight road of lanelets of 10 m.
-fn road(lanelets: i64) -> Map {
-    let mut builder = MapBuilder::new();
-    for index in 0..=lanelets {
-        let x = 10.0 * index as f64;
-        builder.point(2 * index + 1, [x, 2.0, 0.0], &[]).unwrap();
-        builder.point(2 * index + 2, [x, -2.0, 0.0], &[]).unwrap();
-    }
-    let first_line = 10 * (lanelets + 1);
-    for index in 0..lanelets {
-        let (left, right) = (first_line + 3 * index, first_line + 3 * index + 1);
-        builder.line_string(left, &[2 * index + 1, 2 * index + 3], &[]).unwrap();
-        builder.line_string(right, &[2 * index + 2, 2 * index + 4], &[]).unwrap();
-        builder.lanelet(first_line + 3 * index + 2, left, right, &[("subtype", "road")]).unwrap();
-    }
-    builder.build().unwrap()
 }
 
 /// A planner and whoever sees that its anchors are taken: the set of fresh candidates of the cycle comes back.
@@ -121,9 +105,8 @@ fn a_map_of_20_mb_arrives_late_and_delays_no_cycle() {
     isolated("a_map_of_20_mb_arrives_late_and_delays_no_cycle", |lab| {
         let node = lab.node(&[]);
         let mut planner = Planner::join(lab);
-        let data = lanelet_map::archive::encode(&road(72_500));
-        assert!(data.len() > 20_000_000, "{} bytes", data.len());
-        let map = LaneletMapBin { data, ..LaneletMapBin::default() }.to_cdr(Interface::default());
+        let map = road_message(LANELETS_OF_20_MB);
+        assert!(map.len() > 20_000_000, "{} bytes", map.len());
         // The map server starts after the node and publishes once.
         let mut server = lab.peer();
         let (name, type_name) = topic(InputTopic::Map);
@@ -174,8 +157,7 @@ fn a_node_that_is_restarted_takes_the_map_that_was_sent_before() {
         let mut server = lab.peer();
         let (name, type_name) = topic(InputTopic::Map);
         let id = server.open("write", &name, type_name, &json!({"transient_local": true}));
-        let data = lanelet_map::archive::encode(&road(500));
-        server.send(id, &LaneletMapBin { data, ..LaneletMapBin::default() }.to_cdr(Interface::default()));
+        server.send(id, &road_message(500));
         for signal in ["INT", "TERM", "INT"] {
             let node = lab.node(&[]);
             let matched = server.wait_for_peers(id, 1);
@@ -199,7 +181,9 @@ fn leaving_is_said_and_does_not_take_long() {
             planner.cycle(1);
             let stopped = node.stop(signal);
             assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);
-            assert!(stopped.took < Duration::from_secs(5), "SIG{signal}: {:?}", stopped.took);
+            // A cycle may take 100 ms of judging; the rest is for a busy machine.
+            assert!(stopped.took < Duration::from_millis(1500), "SIG{signal}: {:?}", stopped.took);
+            eprintln!("SIG{signal}: ended {:.0?} after it", stopped.took);
             assert_eq!(stopped.json["ok"], true);
             assert!(stopped.json["cycles"]["anchor"].as_u64().unwrap() >= 1);
             // A lease would take ten seconds or more.
@@ -224,5 +208,61 @@ fn domains_do_not_hear_each_other() {
         let anchors = |json: &serde_json::Value| json["cycles"]["anchor"].as_u64().unwrap();
         assert!(anchors(&node.json) >= 2);
         assert_eq!(anchors(&foreign.json), 0);
+    });
+}
+
+#[test]
+fn a_planner_that_changes_its_domain_is_gone_until_it_comes_back() {
+    isolated("a_planner_that_changes_its_domain_is_gone_until_it_comes_back", |lab| {
+        let node = lab.node(&[]);
+        let mut planner = Planner::join(lab);
+        planner.cycle(1);
+        drop(planner);
+        let mut away = lab.peer_in(lab.domain % 100 + 1);
+        let (name, type_name) = topic(InputTopic::Generative);
+        let anchors = away.open("write", &name, type_name, &json!({"depth": 10}));
+        for _ in 0..10 {
+            away.send(anchors, &candidate(2));
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        assert_eq!(away.peers(anchors), 0, "nobody is there");
+        drop(away);
+        let mut planner = Planner::join(lab);
+        planner.cycle(3);
+        let stopped = node.stop("INT");
+        let generators = stopped.json["candidates"]["by_generator"].to_string();
+        assert!(!generators.contains("Planner_2"), "{generators}");
+    });
+}
+
+/// Addresses at which a participant says it can be reached, in its announcement: the parameters for unicast.
+fn announced(packet: &[u8]) -> Vec<[u8; 4]> {
+    const PARAMETERS: [[u8; 4]; 2] = [[0x31, 0, 24, 0], [0x32, 0, 24, 0]];
+    let is_locator = |at: &usize| PARAMETERS.iter().any(|begin| packet[*at..].starts_with(begin));
+    let address = |at: usize| packet.get(at + 24..at + 28).and_then(|address| address.try_into().ok());
+    (0..packet.len()).filter(is_locator).filter_map(address).collect()
+}
+
+#[test]
+fn without_a_namespace_the_node_is_reached_on_127_0_0_1_alone() {
+    on_loopback(|lab| {
+        // The places of the last participants that are told of newcomers on their own host.
+        let ports = (8..12).map(|participant| 7400 + 250 * lab.domain + 10 + 2 * participant);
+        let ears = ports.filter_map(|port| UdpSocket::bind(("127.0.0.1", port)).ok()).next().unwrap();
+        ears.set_read_timeout(Some(PATIENCE)).unwrap();
+        let node = lab.node(&[]);
+        let mut packet = [0; 65_536];
+        let mut addresses = Vec::new();
+        let until = Instant::now() + PATIENCE;
+        while addresses.is_empty() {
+            assert!(Instant::now() < until, "nothing was announced");
+            let (length, from) = ears.recv_from(&mut packet).unwrap();
+            assert!(from.ip().is_loopback(), "{from}");
+            addresses = announced(&packet[..length]);
+        }
+        assert!(addresses.iter().all(|address| *address == [127, 0, 0, 1]), "{addresses:?}");
+        let mut planner = Planner::join(lab);
+        planner.cycle(1);
+        assert_eq!(node.stop("TERM").status.code(), Some(0));
     });
 }

@@ -12,6 +12,11 @@ const HAND_OVER: &str = "hand_over";
 /// All stages together.
 pub const CYCLE: &str = "cycle";
 
+/// What of `publish` the middleware took.
+const SEND: &str = "send";
+/// What of the cycle is neither waiting for an earlier one, nor judging, nor the middleware's.
+const OWN: &str = "own";
+
 /// The name of a filter's stage: its time in a cycle over all candidates and threads.
 #[must_use]
 pub fn of_filter(filter: &str) -> String {
@@ -46,5 +51,19 @@ pub fn of_cycle(report: &CycleReport, times: CycleTimes, mut tell: impl FnMut(&s
         for (filter, &took) in judged.filters[1..].iter().zip(&judged.filter_times) {
             tell(&of_filter(filter.name), took);
         }
+    }
+}
+
+/// Tells what of a cycle that judged was spent in the middleware, and what was the node's own.
+pub fn of_sending(
+    report: &CycleReport,
+    times: CycleTimes,
+    sending: Duration,
+    mut tell: impl FnMut(&str, Duration),
+) {
+    if let Outcome::Judged(judged) = &report.outcome {
+        tell(SEND, sending);
+        let others = report.cycle.wait() + judged.observe + judged.judge + sending;
+        tell(OWN, times.cycle.saturating_sub(others));
     }
 }

@@ -205,6 +205,11 @@ impl Statistics {
         self.heap.own += allocations;
     }
 
+    /// Takes in what of the cycle was spent in the middleware.
+    pub fn add_sending(&mut self, report: &CycleReport, times: CycleTimes, sending: Duration) {
+        stages::of_sending(report, times, sending, |stage, took| record(&mut self.latency, stage, took));
+    }
+
     fn count(&mut self, report: &CycleReport, times: CycleTimes) {
         *self.cycles.entry(report.cycle.trigger.name()).or_default() += 1;
         stages::of_cycle(report, times, |stage, took| record(&mut self.latency, stage, took));

@@ -1,7 +1,8 @@
 //! What the node publishes, onto its topics in the graph.
 //!
-//! All topics are advertised at start, so that others find them before the first cycle. Debug topics are encoded only
-//! while somebody listens, markers only then worked out; everything that others may drive by is always sent. Sending never waits for a peer.
+//! All topics are advertised at start, so that others find them before the first cycle. Debug topics and all sets of
+//! candidates but the first are encoded only while somebody listens, markers only then worked out; everything that
+//! others may drive by is always sent. Sending never waits for a peer.
 
 use super::graph::{Graph, GraphError, Writer};
 use super::names::Names;
@@ -14,6 +15,7 @@ use selector_actors::cycle::{CycleReport, CycleTimes};
 use selector_actors::{OutputTopic, Publication, Sink, SinkError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Who listens to what: kept up to date by the events of the graph.
 #[derive(Debug, Clone, Default)]
@@ -66,6 +68,8 @@ pub struct GraphSink {
     interface: Interface,
     listeners: Listeners,
     statistics: Arc<Mutex<Statistics>>,
+    /// Spent in the middleware since the last cycle.
+    sending: Duration,
 }
 
 impl std::fmt::Debug for GraphSink {
@@ -97,7 +101,8 @@ impl GraphSink {
             let name = names.topic(&topic.ros_name())?;
             drawings.push((topic, graph.advertise(&name, MarkerTopic::type_name(), Qos::reliable(1))?));
         }
-        Ok(Self { writers, markers, drawings, interface, listeners, statistics: Arc::default() })
+        let (statistics, sending) = (Arc::default(), Duration::ZERO);
+        Ok(Self { writers, markers, drawings, interface, listeners, statistics, sending })
     }
 
     /// Counts and latencies so far; shared with whoever reports them.
@@ -107,14 +112,28 @@ impl GraphSink {
     }
 }
 
+/// Sets of candidates beside the one that others drive by: hundreds of kilobytes in each cycle, which few subscribe to.
+fn is_bulky(topic: OutputTopic) -> bool {
+    matches!(
+        topic,
+        OutputTopic::ConcatenatedTrajectories
+            | OutputTopic::ValidatedTrajectories
+            | OutputTopic::ScoredTrajectories
+    )
+}
+
 impl Sink for GraphSink {
     fn publish(&mut self, publication: Publication) -> Result<(), SinkError> {
         let Some(writer) = self.writers.get(&publication.topic) else { return Ok(()) };
-        if publication.topic.is_debug() && self.listeners.count(writer.guid()) == 0 {
+        let is_optional = publication.topic.is_debug() || is_bulky(publication.topic);
+        if is_optional && self.listeners.count(writer.guid()) == 0 {
             return Ok(());
         }
         let cdr = publication.message.to_cdr(self.interface);
-        writer.send(cdr).map_err(|error| SinkError(Arc::new(error)))
+        let began = Instant::now();
+        let sent = writer.send(cdr);
+        self.sending += began.elapsed();
+        sent.map_err(|error| SinkError(Arc::new(error)))
     }
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
@@ -129,6 +148,7 @@ impl Sink for GraphSink {
         }
         let mut statistics = self.statistics.lock().unwrap_or_else(PoisonError::into_inner);
         statistics.add(report, times);
+        statistics.add_sending(report, times, std::mem::take(&mut self.sending));
         // A planner that invents names must not fill the memory of a node that runs for weeks.
         if statistics.generators.len() > MAX_GENERATORS {
             statistics.generators.clear();

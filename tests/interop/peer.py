@@ -6,12 +6,13 @@ agree up to padding. Messages are CDR with encapsulation header, in hexadecimal.
 
   {"op": "write", "topic": T, "type": N, "qos": Q}     -> {"id": I}       opens a writer
   {"op": "read", "topic": T, "type": N, "qos": Q}      -> {"id": I}       opens a reader
-  {"op": "send", "id": I, "data": D}                   -> {}
+  {"op": "send", "id": I, "data": D}                   -> {}             or "file": PATH in the place of the data
   {"op": "take", "id": I, "count": C, "timeout_s": S}  -> {"samples": [{"data": D, "same": B, "sent_ns": T}]}
   {"op": "matched", "id": I, "count": C, "timeout_s": S} -> {"count": N, "waited_s": W}   waits for exactly C peers
   {"op": "close", "id": I}                             -> {}
   {"op": "play", "tape": PATH, "writers": {topic: I}, ...} -> {"sent": N, "held_s": H}   see `play`
   {"op": "load", ...}                                  see `load`
+  {"op": "watch", ...}                                 see `watch`
   {"op": "status", "id": I}                            -> {"incompatible": N, "lost": N}
 
 T is a topic of DDS (`rt/..`), N a ROS type or `blob:LENGTH:TYPE` for any bytes in its name, Q may hold "reliable", "transient_local" and "depth". A command with
@@ -139,7 +140,11 @@ class Peer:
         writer.write(sample)
 
     def send(self, command):
-        self.send_bytes(command["id"], bytes.fromhex(command["data"]))
+        if "file" in command:
+            with open(command["file"], "rb") as file:
+                self.send_bytes(command["id"], file.read())
+        else:
+            self.send_bytes(command["id"], bytes.fromhex(command["data"]))
         return {}
 
     def take(self, command):
@@ -255,12 +260,30 @@ class Peer:
             stream["sent"] += 1
         return {"sent": [stream["sent"] for stream in streams], "late_max_s": late}
 
+    def watch(self, command):
+        """Notes what a reader gets until nothing has come for `quiet_s`: {"id": I, "stamp_at": offset, "quiet_s": S} ->
+        {"seen": [[stamp, sent, got], ..]} in ns: the time in the message at that offset, when it was sent, and when it
+        was here; what is shorter is left out. Nothing is decoded, so that watching costs little."""
+        reader, _ = self.endpoints[command["id"]]
+        seen, last = [], time.monotonic()
+        while time.monotonic() - last < command["quiet_s"]:
+            for sample in reader.take(N=100):
+                if not isinstance(sample, Sample):
+                    continue
+                last = time.monotonic()
+                if len(sample.data) < command["stamp_at"] + 8:
+                    continue  # an empty set
+                sec, nanosec = struct.unpack_from("<iI", sample.data, command["stamp_at"])
+                seen.append([sec * 10**9 + nanosec, sample.sample_info.source_timestamp, time.time_ns()])
+            time.sleep(0.002)
+        return {"seen": seen}
+
     def run(self, command):
         operation = command["op"]
         if operation == "join":
             self.background.join(command.get("timeout_s", 600))
             return self.result
-        if operation not in {"write", "read", "send", "take", "matched", "status", "close", "play", "load"}:
+        if operation not in {"write", "read", "send", "take", "matched", "status", "close", "play", "load", "watch"}:
             raise ValueError(f"{operation} is no command")
         if command.get("background"):
             self.result = {"error": "not finished"}

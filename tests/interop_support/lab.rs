@@ -24,6 +24,8 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 const UNAVAILABLE: i32 = 77;
 /// Set in the process that already runs in its own network.
 const ISOLATED: &str = "SELECTOR_TEST_ISOLATED";
+/// Path of another program to test than the one built with the tests.
+const PROGRAM: &str = "SELECTOR_PROGRAM";
 /// The middleware of the peers uses the loopback interface and no other.
 const LOOPBACK_ONLY: &str = "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>\
                              </General></Domain></CycloneDDS>";
@@ -33,17 +35,9 @@ pub(crate) fn isolated(test: &str, body: impl FnOnce(&Lab)) {
     if std::env::var_os(ISOLATED).is_some() {
         return body(&Lab::new());
     }
-    // Packages can only be had from outside.
-    let prepared = peer_script().output().unwrap();
-    if prepared.status.code() == Some(UNAVAILABLE) {
-        let why = String::from_utf8_lossy(&prepared.stderr);
-        let required =
-            std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
-        assert!(!required, "the peers are required here: {why}");
-        eprintln!("skipped: {why}");
+    if !peers_are_here() {
         return;
     }
-    assert!(prepared.status.success(), "{}", String::from_utf8_lossy(&prepared.stderr));
     if !namespaces_are_allowed() {
         return body(&Lab::new());
     }
@@ -55,6 +49,29 @@ pub(crate) fn isolated(test: &str, body: impl FnOnce(&Lab)) {
         .status()
         .unwrap();
     assert!(status.success(), "{test} failed in its own network");
+}
+
+/// Runs the body as where namespaces are not allowed: in the network of the machine, on 127.0.0.1.
+pub(crate) fn on_loopback(body: impl FnOnce(&Lab)) {
+    if peers_are_here() {
+        body(&Lab::new());
+    }
+}
+
+/// Whether the peers can be started; if not, that is said, and is a failure where they are required.
+fn peers_are_here() -> bool {
+    // Packages can only be had from outside.
+    let prepared = peer_script().output().unwrap();
+    if prepared.status.code() == Some(UNAVAILABLE) {
+        let why = String::from_utf8_lossy(&prepared.stderr);
+        let required =
+            std::env::var_os("SELECTOR_REQUIRE_PEERS").is_some() || std::env::var_os("CI").is_some();
+        assert!(!required, "the peers are required here: {why}");
+        eprintln!("skipped: {why}");
+        return false;
+    }
+    assert!(prepared.status.success(), "{}", String::from_utf8_lossy(&prepared.stderr));
+    true
 }
 
 fn peer_script() -> Command {
@@ -92,6 +109,12 @@ impl Lab {
     /// A node of another implementation.
     pub(crate) fn peer(&self) -> Peer {
         Peer::start(self.domain)
+    }
+
+    /// The same in another domain.
+    pub(crate) fn peer_in(&self, domain: u16) -> Peer {
+        assert_ne!(domain, self.domain);
+        Peer::start(domain)
     }
 
     /// The node under test, with these ROS arguments.
@@ -268,9 +291,15 @@ pub(crate) struct Stopped {
     pub(crate) took: Duration,
 }
 
+/// The program under test: the one built with the tests, or the one named by the environment, so that a release build
+/// can be measured without building the tests for it.
+fn program() -> PathBuf {
+    std::env::var_os(PROGRAM).map_or_else(|| env!("CARGO_BIN_EXE_trajectory-selector").into(), PathBuf::from)
+}
+
 impl Node {
     fn start(domain: u16, own: &[&str], ros: &[&str], environment: &[(&str, &str)]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_trajectory-selector"));
+        let mut command = Command::new(program());
         command.args(["node", "--json"]).args(own).arg("--ros-args").args(ros);
         command.env("ROS_DOMAIN_ID", domain.to_string()).env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
         // What the machine has set is not for this node.
