@@ -23,13 +23,29 @@ use std::time::Duration;
 const SETTLE_S: f64 = 0.05;
 
 /// Topics whose content depends on nothing but the drive.
-const COMPARED: [OutputTopic; 5] = [
+const COMPARED: [OutputTopic; 9] = [
     OutputTopic::ConcatenatedTrajectories,
     OutputTopic::ValidationReports,
+    OutputTopic::PlanningFactors,
     OutputTopic::Trajectories,
     OutputTopic::ValidatedTrajectories,
+    OutputTopic::ScoredTrajectories,
+    OutputTopic::Trajectory,
+    OutputTopic::TurnIndicators,
     OutputTopic::Diagnostics,
 ];
+
+/// Topics with times that were measured: they have to be read by others, but differ from run to run.
+const MEASURED: [OutputTopic; 5] = [
+    OutputTopic::Latency,
+    OutputTopic::ProcessingTime,
+    OutputTopic::FilterProcessingTime("collision_check_filter"),
+    OutputTopic::ProcessingTimeText,
+    OutputTopic::ProcessingTimeTree,
+];
+
+/// Drawings of one filter.
+const MARKERS: &str = "/trajectory_selector_node/debug/markers/collision_check_filter";
 
 fn replay(drive: &Path, lab: &Lab) -> Vec<Recorded> {
     let output = lab.path("replay.mcap");
@@ -152,6 +168,17 @@ fn a_live_drive_gives_what_its_replay_gives() {
             readers.push((topic, id));
         }
 
+        // Read by somebody else, so that the comparison is not held up.
+        let mut observer = lab.peer();
+        let observed = MEASURED.map(|topic| (topic.full_name(), topic.type_name()));
+        let drawn = (MARKERS.to_owned(), "visualization_msgs/msg/MarkerArray");
+        let observed = observed.into_iter().chain([drawn]).map(|(name, type_name)| {
+            let id = observer.open("read", &name, type_name, &many);
+            observer.wait_for_peers(id, 1);
+            (name, id)
+        });
+        let observed: Vec<_> = observed.collect();
+
         let played = peer.ask(&json!({
             "op": "play", "tape": tape.to_str().unwrap(), "writers": writers, "watch": watch,
             "patience_s": PATIENCE.as_secs_f64(),
@@ -170,6 +197,11 @@ fn a_live_drive_gives_what_its_replay_gives() {
             for (number, (live, expected)) in live.iter().zip(&expected).enumerate() {
                 assert!(same(live, expected), "{name}: message {number} is not that of the replay");
             }
+        }
+        for (name, id) in observed {
+            // That it decodes is asserted where it is taken.
+            let some = observer.take(id, 20, Duration::from_secs(1)).len();
+            assert_eq!(some, 20, "messages on {name}");
         }
         let stopped = node.stop("INT");
         assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);

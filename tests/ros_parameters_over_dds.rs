@@ -16,6 +16,7 @@ use messages::rcl_interfaces::{
 };
 use messages::{Interface, Message};
 use serde_json::json;
+use std::time::Duration;
 
 const NODE: &str = "/planning/selector";
 
@@ -82,6 +83,21 @@ fn double(name: &str, value: f64) -> Parameter {
     Parameter { name: name.to_owned(), value }
 }
 
+fn string(name: &str, value: &str) -> Parameter {
+    let value = ParameterValue {
+        r#type: ParameterType::STRING,
+        string_value: value.to_owned(),
+        ..ParameterValue::default()
+    };
+    Parameter { name: name.to_owned(), value }
+}
+
+/// Cycles in a while.
+fn cycles(peer: &mut Peer, diagnostics: u64) -> usize {
+    peer.take(diagnostics, 1000, Duration::ZERO);
+    peer.take(diagnostics, 1000, Duration::from_millis(2200)).len()
+}
+
 fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
 }
@@ -103,7 +119,7 @@ fn converse(lab: &Lab, is_cyclone: bool) {
     let mut describe = client("describe_parameters", "DescribeParameters");
     let mut list = client("list_parameters", "ListParameters");
     // Declared at start; whoever came in time has heard of it.
-    peer.take(events, 10, std::time::Duration::from_millis(100));
+    peer.take(events, 10, Duration::from_millis(100));
 
     let asked = names(&["fallback_period_ms", "duration_time", "no_such_parameter"]);
     let got: GetParametersResponse = get.call(&mut peer, &GetParametersRequest { names: asked.clone() });
@@ -123,15 +139,36 @@ fn converse(lab: &Lab, is_cyclone: bool) {
     assert!(got.result.names.len() > 100, "{} names", got.result.names.len());
     assert!(got.result.names.contains(&"vehicle_constraint.max_speed".to_owned()));
 
-    // One good, one out of range: each stands for itself.
-    let changes = vec![integer("fallback_period_ms", 220), integer("fallback_period_ms", 0)];
+    // One good, one out of range, one fixed at start: each stands for itself.
+    let changes = vec![
+        integer("fallback_period_ms", 220),
+        integer("fallback_period_ms", 0),
+        string("autoware_interface", "0.52"),
+    ];
     let got: SetParametersResponse = set.call(&mut peer, &SetParametersRequest { parameters: changes });
     assert!(got.results[0].successful, "{}", got.results[0].reason);
-    assert!(!got.results[1].successful && !got.results[1].reason.is_empty());
+    assert!(!got.results[1].successful && got.results[1].reason.contains("1"), "{}", got.results[1].reason);
+    assert!(
+        !got.results[2].successful && got.results[2].reason.contains("read-only"),
+        "{}",
+        got.results[2].reason
+    );
     let event: ParameterEvent = decode(&peer.take_one(events));
     assert_eq!(event.node, NODE);
     assert_eq!(event.changed_parameters, [integer("fallback_period_ms", 220)]);
     node.wait_for_line(&["New concatenate_and_validate timer callback created with period 220."]);
+
+    // The timer does as it is told.
+    let diagnostics =
+        peer.open("read", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", &json!({"depth": 1000}));
+    peer.wait_for_peers(diagnostics, 1);
+    let slow = cycles(&mut peer, diagnostics);
+    let changes = vec![integer("fallback_period_ms", 20)];
+    let got: SetParametersResponse = set.call(&mut peer, &SetParametersRequest { parameters: changes });
+    assert!(got.results[0].successful, "{}", got.results[0].reason);
+    let fast = cycles(&mut peer, diagnostics);
+    assert!((1..=11).contains(&slow) && fast > 2 * slow, "{slow} cycles, then {fast}");
+    peer.take_one(events);
 
     // All or nothing.
     let half = vec![double("duration_time", 0.4), integer("vehicle_constraint.max_speed", 3)];
@@ -148,7 +185,7 @@ fn converse(lab: &Lab, is_cyclone: bool) {
 
     let asked = names(&["fallback_period_ms", "duration_time", "vehicle_constraint.max_speed"]);
     let got: GetParametersResponse = get.call(&mut peer, &GetParametersRequest { names: asked });
-    assert_eq!(got.values[0].integer_value, 220);
+    assert_eq!(got.values[0].integer_value, 20);
     assert_eq!(got.values[1].double_value.to_bits(), 0.5_f64.to_bits());
     assert_eq!(got.values[2].double_value.to_bits(), 3.0_f64.to_bits());
     assert_eq!(node.stop("TERM").status.code(), Some(0));
@@ -179,7 +216,7 @@ fn a_client_of_the_wrong_form_is_told_of_in_the_log() {
         let all = ListParametersRequest { prefixes: Vec::new(), depth: 0 };
         let got: ListParametersResponse = right.call(&mut peer, &all);
         assert!(!got.result.names.is_empty());
-        assert!(peer.take(plain.reply, 1, std::time::Duration::ZERO).is_empty());
+        assert!(peer.take(plain.reply, 1, Duration::ZERO).is_empty());
         assert!(node.stop("INT").took < PATIENCE);
     });
 }
