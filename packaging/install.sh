@@ -64,7 +64,7 @@ put 644 "$root/LICENSE" "$share/LICENSE"
 for file in "$root"/launch/*.launch.xml; do
   put 644 "$file" "$share/launch/${file##*/}"
 done
-for file in "$root"/config/*.param.yaml; do
+for file in "$root"/config/*.param.yaml "$root"/config/parking/*.param.yaml; do
   put 644 "$file" "$share/config/${file##*/}"
 done
 for file in "$root"/config/schema/*.schema.json; do

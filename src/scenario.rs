@@ -206,6 +206,9 @@ impl Scenario {
                 Input::Generative(Arc::new(self.world.candidates(&self.generative, self.faults, stamp_ns)))
             }
             InputTopic::Backup => Input::Backup(Arc::new(self.world.candidates(&self.backup, &[], stamp_ns))),
+            // Scheduled in no scene: nobody parks.
+            InputTopic::GoalPose => Input::GoalPose(Arc::default()),
+            InputTopic::OccupancyGrid => Input::OccupancyGrid(Arc::default()),
         }
     }
 }

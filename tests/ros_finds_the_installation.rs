@@ -202,7 +202,7 @@ fn the_launch_file_names_what_exists() {
         assert!(installation.path(&format!("share/{}/{file}", node["pkg"])).is_file(), "{file}");
         files += 1;
     }
-    assert_eq!(files, 4);
+    assert_eq!(files, 5);
 
     let private = |name: String| name.replacen(&format!("/{NODE_NAME}/"), "~/", 1);
     let outputs = [
@@ -212,10 +212,10 @@ fn the_launch_file_names_what_exists() {
         OutputTopic::ScoredTrajectories,
         OutputTopic::Trajectory,
         OutputTopic::TurnIndicators,
+        OutputTopic::OpenSpaceTrajectory,
     ];
-    let topics: BTreeSet<String> = InputTopic::ALL
+    let topics: BTreeSet<String> = InputTopic::every()
         .map(|topic| private(topic.full_name()))
-        .into_iter()
         .chain(outputs.map(|topic| private(topic.full_name())))
         .collect();
     let remapped: Vec<String> = all("remap").map(|at| at["from"].clone()).collect();

@@ -5,13 +5,14 @@
 //! waits until the buffer has taken it, so a flood queues up where it comes from, within the bounds that hold there.
 
 use crate::buffer::{Add, Buffer};
+use crate::provider::{OpenSpace, SetGoal};
 use crate::sensors::{Sense, Sensors};
 use crate::tally::{DropReason, Tally};
 use crate::topics::{Input, InputTopic};
 use actix::Addr;
 use messages::autoware_perception_msgs::{PredictedObjects, TrafficLightGroupArray};
 use messages::geometry_msgs::AccelWithCovarianceStamped;
-use messages::nav_msgs::Odometry;
+use messages::nav_msgs::{OccupancyGrid, Odometry};
 use selection::Scene;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -52,6 +53,7 @@ pub(crate) struct SensorSlots {
     acceleration: Slot<AccelWithCovarianceStamped>,
     objects: Slot<PredictedObjects>,
     traffic_signals: Slot<TrafficLightGroupArray>,
+    occupancy_grid: Slot<OccupancyGrid>,
 }
 
 impl SensorSlots {
@@ -60,12 +62,22 @@ impl SensorSlots {
         self.odometry.put(Arc::new(odometry));
     }
 
+    #[cfg(test)]
+    pub(crate) fn put_grid(&self, grid: OccupancyGrid) {
+        self.occupancy_grid.put(Arc::new(grid));
+    }
+
     /// Brings the scene up to date.
     pub(crate) fn take_into(&self, scene: &mut Scene) {
         self.odometry.take_into(&mut scene.odometry);
         self.acceleration.take_into(&mut scene.acceleration);
         self.objects.take_into(&mut scene.objects);
         self.traffic_signals.take_into(&mut scene.traffic_signals);
+    }
+
+    /// Replaces `known` if there is a newer grid.
+    pub(crate) fn take_grid_into(&self, known: &mut Option<Arc<OccupancyGrid>>) {
+        self.occupancy_grid.take_into(known);
     }
 }
 
@@ -76,6 +88,7 @@ pub struct Inlets {
     tally: Arc<Tally>,
     buffer: Addr<Buffer>,
     sensors: Addr<Sensors>,
+    provider: Option<Addr<OpenSpace>>,
 }
 
 impl Inlets {
@@ -84,8 +97,9 @@ impl Inlets {
         tally: Arc<Tally>,
         buffer: Addr<Buffer>,
         sensors: Addr<Sensors>,
+        provider: Option<Addr<OpenSpace>>,
     ) -> Self {
-        Self { slots, tally, buffer, sensors }
+        Self { slots, tally, buffer, sensors, provider }
     }
 
     /// Takes in a message that arrived at `arrived`. Returns at once for a sensor; for candidates, a map or a route when
@@ -100,6 +114,10 @@ impl Inlets {
             Input::Generative(message) => self.buffer.send(Add { message, anchor: Some(arrived) }).await,
             Input::Backup(message) => self.buffer.send(Add { message, anchor: None }).await,
             Input::Map(_) | Input::ReadyMap(..) | Input::Route(_) => self.sensors.send(Sense(input)).await,
+            Input::GoalPose(goal) => match &self.provider {
+                Some(provider) => provider.send(SetGoal(goal)).await,
+                None => Ok(()),
+            },
             sensor => {
                 self.put(sensor);
                 Ok(())
@@ -116,11 +134,13 @@ impl Inlets {
             Input::Acceleration(message) => self.slots.acceleration.put(message),
             Input::Objects(message) => self.slots.objects.put(message),
             Input::TrafficSignals(message) => self.slots.traffic_signals.put(message),
+            Input::OccupancyGrid(message) => self.slots.occupancy_grid.put(message),
             Input::Generative(_)
             | Input::Backup(_)
             | Input::Map(_)
             | Input::ReadyMap(..)
-            | Input::Route(_) => false,
+            | Input::Route(_)
+            | Input::GoalPose(_) => false,
         };
         if superseded {
             self.tally.count_dropped(topic, DropReason::Superseded, 1);

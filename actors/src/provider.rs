@@ -10,6 +10,7 @@ mod desk;
 mod inputs;
 mod lockstep;
 mod planning_thread;
+mod surroundings;
 
 #[cfg(test)]
 mod exploration;
@@ -27,23 +28,29 @@ mod sync {
 
 use crate::buffer::{Add, Buffer};
 use crate::clock::Clock;
+use crate::inlets::SensorSlots;
 use actix::{Actor, Addr, Context, Handler, Message};
+pub(crate) use candidates::plan_in;
 use candidates::{Placement, to_message};
 use inputs::{obstacles, vehicle_state};
 pub use lockstep::Lockstep;
+use messages::geometry_msgs::PoseStamped;
 use motion::VehicleInfo;
 use open_space::fallback::FallbackParameters;
 use open_space::partition::PartitionParameters;
 use open_space::provider::{
     Code, Execution, Optimizer, OutOfRange, ProblemPlanner, Provider, ProviderParameters, Region,
-    out_of_range,
+    out_of_range, stop_trajectory,
 };
+use open_space::region_of_interest::RegionParameters;
 use open_space::stage::{Command, ParkingStage, StageInput, StageOutput};
-use open_space::{Gear, Limits};
+use open_space::vehicle_model::VehicleState;
+use open_space::{Gear, Limits, PlanarPose};
 pub use planning_thread::{MakePlanner, PlanJob, PlanningThread};
 use selection::Scene;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use surroundings::Surroundings;
 use tracing::{error, info, warn};
 
 /// Name of the generator of plans.
@@ -63,6 +70,8 @@ pub struct ProviderConfig {
     pub partition: PartitionParameters,
     /// Those of the look-out for moving obstacles.
     pub fallback: FallbackParameters,
+    /// Those of the region of interest, for goals that come as messages.
+    pub region: RegionParameters,
     /// Makes the planner, on its own thread.
     pub make_planner: MakePlanner,
 }
@@ -92,7 +101,7 @@ pub fn planner_of<P: ProblemPlanner + Send + 'static>(
 pub(crate) struct OpenSpace {
     stage: ParkingStage,
     period_s: f64,
-    region: Option<Arc<Region>>,
+    surroundings: Surroundings,
     buffer: Addr<Buffer>,
     /// Gear of what was commanded last; what a standing vehicle is in.
     gear: Gear,
@@ -110,10 +119,12 @@ impl OpenSpace {
         config: ProviderConfig,
         vehicle: VehicleInfo,
         clock: &Clock,
+        slots: Arc<SensorSlots>,
         buffer: Addr<Buffer>,
     ) -> Result<Self, Vec<OutOfRange>> {
         let mut refused = out_of_range(&config.partition);
         refused.extend(out_of_range(&config.fallback));
+        refused.extend(out_of_range(&config.region));
         if !refused.is_empty() {
             refused.extend(out_of_range(&config.provider));
             return Err(refused);
@@ -129,7 +140,7 @@ impl OpenSpace {
         Ok(Self {
             stage,
             period_s,
-            region: None,
+            surroundings: Surroundings::new(config.region, vehicle, slots),
             buffer,
             gear: Gear::Forward,
             last_cycle_s: None,
@@ -143,25 +154,24 @@ impl OpenSpace {
             .is_none_or(|last_s| now_s < last_s || now_s - last_s >= self.period_s * (1.0 - EARLY))
     }
 
-    /// One cycle towards the goal; its candidates go to the buffer.
-    fn provide(&mut self, scene: &Scene, region: &Arc<Region>) {
+    /// One cycle towards the goal, if there is one; its candidates go to the buffer.
+    fn provide(&mut self, scene: &Scene) {
         let now_s = scene.now.seconds();
         if !self.is_due(now_s) {
             return;
         }
         let (Some(odometry), Some(acceleration)) = (&scene.odometry, &scene.acceleration) else { return };
-        self.last_cycle_s = Some(now_s);
         let vehicle = vehicle_state(odometry, acceleration, self.gear);
-        let obstacles = scene.objects.as_ref().map_or_else(Vec::new, |objects| obstacles(objects, scene.now));
-        let input = StageInput { now_s, vehicle, region, in_check_stage: false, obstacles: &obstacles };
-        let stage = &mut self.stage;
+        let frame_id = &odometry.header.frame_id;
+        let at = Placement { stamp: scene.now, frame_id, z: vehicle.z };
         // What a panic leaves behind is not used again: the goal is given up.
-        match catch_unwind(AssertUnwindSafe(|| stage.step(&input))) {
-            Ok(output) => {
+        match catch_unwind(AssertUnwindSafe(|| self.decide(scene, vehicle, frame_id))) {
+            Ok(None) => {}
+            Ok(Some(Ok(output))) => {
                 self.note(&output);
-                let at = Placement { stamp: scene.now, frame_id: &odometry.header.frame_id, z: vehicle.z };
                 self.add(Some(&output.command), &at);
             }
+            Ok(Some(Err(why))) => self.hold(&vehicle, &why, &at),
             Err(_) => {
                 error!(
                     "the open-space provider panicked; its goal is given up. This is a defect, please report it"
@@ -171,14 +181,55 @@ impl OpenSpace {
         }
     }
 
+    /// What to do, or why to stand; nothing without a goal.
+    fn decide(
+        &mut self,
+        scene: &Scene,
+        vehicle: VehicleState,
+        frame_id: &str,
+    ) -> Option<Result<StageOutput, String>> {
+        let region = self.surroundings.region(scene, vehicle.pose, frame_id)?;
+        let now_s = scene.now.seconds();
+        self.last_cycle_s = Some(now_s);
+        let region = match region {
+            Ok(region) => region,
+            Err(why) => return Some(Err(why.to_string())),
+        };
+        let obstacles = scene.objects.as_ref().map_or_else(Vec::new, |objects| obstacles(objects, scene.now));
+        let input =
+            StageInput { now_s, vehicle, region: &region, in_check_stage: false, obstacles: &obstacles };
+        let output = self.stage.step(&input);
+        if self.surroundings.is_blocked(&region, &way_of(&output.command)) {
+            return Some(Err("something has come into the way; planning begins anew".to_owned()));
+        }
+        Some(Ok(output))
+    }
+
+    /// Stands, and follows no plan any more.
+    fn hold(&mut self, vehicle: &VehicleState, why: &str, at: &Placement<'_>) {
+        if self.last_status != why {
+            warn!("open-space provider: {why}");
+            why.clone_into(&mut self.last_status);
+        }
+        self.stage.restart();
+        let standstill = self.stage.provider().parameters().open_space_standstill_acceleration;
+        let stop = vehicle.is_finite().then(|| stop_trajectory(vehicle, standstill));
+        self.add(Some(&Command::Stop(stop)), at);
+    }
+
     fn add(&self, command: Option<&Command>, at: &Placement<'_>) {
         let message = Arc::new(to_message(command, at));
         self.buffer.do_send(Add { message, anchor: None });
     }
 
     fn set_region(&mut self, region: Option<Arc<Region>>, at: &Placement<'_>) {
+        self.surroundings.give(region);
+        self.begin_anew(at);
+    }
+
+    fn begin_anew(&mut self, at: &Placement<'_>) {
         self.stage.restart();
-        (self.region, self.last_cycle_s) = (region, None);
+        self.last_cycle_s = None;
         self.last_status.clear();
         // What was made for the goal before must not be driven any more.
         self.add(None, at);
@@ -191,7 +242,9 @@ impl OpenSpace {
             Command::Stop(_) => {}
         }
         let status = &output.provision.status;
-        let mut text = status.message();
+        // Whether the plan is new or still the last one changes from cycle to cycle.
+        let follows = output.provision.success();
+        let mut text = if follows { "following a plan".to_owned() } else { status.message() };
         if let Some(failure) = &output.provision.failure {
             text = format!("{text} ({failure})");
         }
@@ -211,6 +264,16 @@ impl OpenSpace {
     }
 }
 
+/// The poses that the vehicle passes up to where it stands next.
+fn way_of(command: &Command) -> Vec<PlanarPose> {
+    let points = match command {
+        Command::Stop(_) => return Vec::new(),
+        Command::Follow(part) => &part.trajectory.points[part.until_stop(0.0)],
+        Command::Brake { trajectory, .. } => &trajectory.points[..],
+    };
+    points.iter().filter_map(|point| point.path_point).map(|point| point.pose).collect()
+}
+
 impl Actor for OpenSpace {
     type Context = Context<Self>;
 }
@@ -227,9 +290,7 @@ impl Handler<Provide> for OpenSpace {
     type Result = ();
 
     fn handle(&mut self, Provide(scene): Provide, _: &mut Self::Context) {
-        if let Some(region) = self.region.clone() {
-            self.provide(&scene, &region);
-        }
+        self.provide(&scene);
     }
 }
 
@@ -246,5 +307,23 @@ impl Handler<SetRegion> for OpenSpace {
 
     fn handle(&mut self, SetRegion(region): SetRegion, _: &mut Self::Context) {
         self.set_region(region, &Placement::default());
+    }
+}
+
+/// Sets the goal to be reached among what is seen and known. The one that there is already changes nothing.
+#[derive(Debug)]
+pub(crate) struct SetGoal(pub(crate) Arc<PoseStamped>);
+
+impl Message for SetGoal {
+    type Result = ();
+}
+
+impl Handler<SetGoal> for OpenSpace {
+    type Result = ();
+
+    fn handle(&mut self, SetGoal(goal): SetGoal, _: &mut Self::Context) {
+        if self.surroundings.set_goal(&goal) {
+            self.begin_anew(&Placement::default());
+        }
     }
 }

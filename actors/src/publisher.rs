@@ -12,6 +12,7 @@ mod throttle;
 use crate::clock::Clock;
 use crate::cycle::{CycleReport, CycleTimes, Judged, Outcome};
 use crate::lifeline::Lifeline;
+use crate::provider::plan_in;
 use crate::scheduler::{CycleEnded, Scheduler};
 use crate::tally::Tally;
 use crate::time_tree::{ROOT, TimeTree, milliseconds};
@@ -84,6 +85,8 @@ pub(crate) struct Outlet {
     pub(crate) clock: Clock,
     pub(crate) times: PublishedTimes,
     pub(crate) interface: Interface,
+    /// Whether there is an open-space provider, whose trajectory has a topic of its own.
+    pub(crate) has_provider: bool,
     /// Keeps the first error of the sink.
     pub(crate) failure: Arc<OnceLock<SinkError>>,
 }
@@ -189,6 +192,11 @@ impl Publisher {
         let validated = OutputMessage::Candidates(judged.validated.clone());
         self.publish(OutputTopic::Trajectories, validated.clone());
         self.publish(OutputTopic::ValidatedTrajectories, validated);
+        if self.outlet.has_provider
+            && let Some(plan) = plan_in(&judged.validated)
+        {
+            self.publish(OutputTopic::OpenSpaceTrajectory, OutputMessage::Trajectory(Arc::new(plan)));
+        }
         self.publish(OutputTopic::ScoredTrajectories, OutputMessage::Scored(judged.scored.clone()));
         ranking_log::write(report, judged, &mut self.throttle);
         if let Some(selected) = &judged.selected {

@@ -107,13 +107,15 @@ impl Handler<Sense> for Sensors {
                 let number = self.scene.route.as_ref().map_or(0, |route| route.number) + 1;
                 self.scene.route = Some(Epoch { number, value: route });
             }
-            // Sensors come through their slots, candidates go to the buffer.
+            // Sensors come through their slots, candidates go to the buffer, goals to the provider.
             Input::Odometry(_)
             | Input::Acceleration(_)
             | Input::Objects(_)
             | Input::TrafficSignals(_)
             | Input::Generative(_)
-            | Input::Backup(_) => {}
+            | Input::Backup(_)
+            | Input::GoalPose(_)
+            | Input::OccupancyGrid(_) => {}
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::clock::Clock;
 use crate::inlets::{Inlets, SensorSlots};
 use crate::lifeline::Lifelines;
 use crate::map_decoder::MapDecoder;
-use crate::provider::{OpenSpace, ProviderConfig, SetRegion};
+use crate::provider::{OpenSpace, ProviderConfig, SetGoal, SetRegion};
 use crate::publisher::{Outlet, PublishedTimes, Publisher, Report, Sink, SinkError};
 use crate::scheduler::{
     Configure, Finish, Parameters, Scheduler, SchedulerState, SetFallbackPeriod, Stages, TimerWakeUp,
@@ -140,7 +140,8 @@ impl SelectorSystem {
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
         let (actors, system) = started.recv().map_err(|_| SystemError::ActorGone("arbiter"))??;
         let Shared { failure, slots, tally, lifelines } = shared;
-        let inlets = Inlets::new(slots, tally, actors.buffer.clone(), actors.sensors.clone());
+        let Actors { provider, buffer, sensors, .. } = actors.clone();
+        let inlets = Inlets::new(slots, tally, buffer, sensors, provider);
         Ok(Self { clock, actors, inlets, system, thread: Some(thread), failure, lifelines })
     }
 
@@ -177,6 +178,12 @@ impl SelectorSystem {
             Input::Map(_) | Input::ReadyMap(..) | Input::Route(_) => {
                 self.actors.sensors.do_send(Sense(input));
                 self.ask("sensors", |reply| self.actors.sensors.do_send(WaitForSensors(reply)))
+            }
+            Input::GoalPose(goal) => {
+                if let Some(provider) = &self.actors.provider {
+                    provider.do_send(SetGoal(goal));
+                }
+                Ok(())
             }
             sensor => {
                 self.inlets.put(sensor);
@@ -363,6 +370,7 @@ fn wire(parts: Parts) -> Result<Actors, SystemError> {
         times: config.published_times,
         interface: config.interface,
         failure,
+        has_provider: provider.is_some(),
     };
     let publisher = Publisher::new(outlet, tally.clone(), lifelines.line("publisher")).start();
     let line = lifelines.line("validation");
@@ -374,7 +382,7 @@ fn wire(parts: Parts) -> Result<Actors, SystemError> {
     scene.traffic_signals = Some(Arc::new(TrafficLightGroupArray::default()));
     let clock = config.clock.clone();
     let line = lifelines.line("sensors");
-    let sensors = Sensors::new(scene, slots, tally, clock, decoder, publisher.clone(), line).start();
+    let sensors = Sensors::new(scene, slots.clone(), tally, clock, decoder, publisher.clone(), line).start();
     let line = lifelines.line("scheduler");
     let scheduler =
         Scheduler::new(config.clock.clone(), config.fallback_period_ms, config.cycle_budget, line).start();
@@ -382,7 +390,7 @@ fn wire(parts: Parts) -> Result<Actors, SystemError> {
     let buffer = Buffer::new(config.duration_time_s, scheduler.clone(), line).start();
     let provider = match provider {
         Some(provider) => {
-            let provider = OpenSpace::new(provider, vehicle, &config.clock, buffer.clone());
+            let provider = OpenSpace::new(provider, vehicle, &config.clock, slots, buffer.clone());
             Some(provider.map_err(SystemError::Parameters)?.start())
         }
         None => None,

@@ -12,8 +12,8 @@ use messages::autoware_planning_msgs::{LaneletRoute, Trajectory};
 use messages::autoware_trajectory_validator::ValidationReportArray;
 use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
 use messages::diagnostic_msgs::DiagnosticArray;
-use messages::geometry_msgs::AccelWithCovarianceStamped;
-use messages::nav_msgs::Odometry;
+use messages::geometry_msgs::{AccelWithCovarianceStamped, PoseStamped};
+use messages::nav_msgs::{OccupancyGrid, Odometry};
 use messages::{DecodeError, Interface};
 use selection::report::PLANNING_MODULE;
 use std::sync::Arc;
@@ -40,10 +40,14 @@ pub enum InputTopic {
     Objects,
     /// Traffic lights.
     TrafficSignals,
+    /// Where the open-space provider shall take the vehicle.
+    GoalPose,
+    /// Which places are taken, for the open-space provider.
+    OccupancyGrid,
 }
 
 impl InputTopic {
-    /// Every input.
+    /// Every input of the selector.
     pub const ALL: [Self; 8] = [
         Self::Map,
         Self::Route,
@@ -54,6 +58,14 @@ impl InputTopic {
         Self::Objects,
         Self::TrafficSignals,
     ];
+
+    /// What the open-space provider needs beside them.
+    pub const OPEN_SPACE: [Self; 2] = [Self::GoalPose, Self::OccupancyGrid];
+
+    /// All inputs, of the selector and the open-space provider.
+    pub fn every() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain(Self::OPEN_SPACE)
+    }
 
     /// Name below `~/input/`.
     #[must_use]
@@ -67,6 +79,8 @@ impl InputTopic {
             Self::Acceleration => "acceleration",
             Self::Objects => "objects",
             Self::TrafficSignals => "traffic_signals",
+            Self::GoalPose => "goal_pose",
+            Self::OccupancyGrid => "occupancy_grid",
         }
     }
 
@@ -93,6 +107,8 @@ impl InputTopic {
             Self::Acceleration => AccelWithCovarianceStamped::TYPE_NAME,
             Self::Objects => PredictedObjects::TYPE_NAME,
             Self::TrafficSignals => TrafficLightGroupArray::TYPE_NAME,
+            Self::GoalPose => PoseStamped::TYPE_NAME,
+            Self::OccupancyGrid => OccupancyGrid::TYPE_NAME,
         }
     }
 
@@ -111,6 +127,8 @@ impl InputTopic {
             Self::Acceleration => Input::Acceleration(read(bytes, interface, &topic)?),
             Self::Objects => Input::Objects(read(bytes, interface, &topic)?),
             Self::TrafficSignals => Input::TrafficSignals(read(bytes, interface, &topic)?),
+            Self::GoalPose => Input::GoalPose(read(bytes, interface, &topic)?),
+            Self::OccupancyGrid => Input::OccupancyGrid(read(bytes, interface, &topic)?),
         })
     }
 }
@@ -140,6 +158,10 @@ pub enum Input {
     Objects(Arc<PredictedObjects>),
     /// Traffic lights.
     TrafficSignals(Arc<TrafficLightGroupArray>),
+    /// Where the open-space provider shall take the vehicle.
+    GoalPose(Arc<PoseStamped>),
+    /// Which places are taken.
+    OccupancyGrid(Arc<OccupancyGrid>),
 }
 
 impl Input {
@@ -155,6 +177,8 @@ impl Input {
             Self::Acceleration(_) => InputTopic::Acceleration,
             Self::Objects(_) => InputTopic::Objects,
             Self::TrafficSignals(_) => InputTopic::TrafficSignals,
+            Self::GoalPose(_) => InputTopic::GoalPose,
+            Self::OccupancyGrid(_) => InputTopic::OccupancyGrid,
         }
     }
 
@@ -170,6 +194,8 @@ impl Input {
             Self::Acceleration(message) => message.to_cdr(interface),
             Self::Objects(message) => message.to_cdr(interface),
             Self::TrafficSignals(message) => message.to_cdr(interface),
+            Self::GoalPose(message) => message.to_cdr(interface),
+            Self::OccupancyGrid(message) => message.to_cdr(interface),
         })
     }
 }
@@ -187,6 +213,8 @@ pub enum OutputTopic {
     ScoredTrajectories,
     /// The best of them: what is to be driven.
     Trajectory,
+    /// What the open-space provider says, if it was accepted; only where there is a provider.
+    OpenSpaceTrajectory,
     /// What the turn indicators shall do meanwhile; only where candidates carry a command.
     TurnIndicators,
     /// How old the trajectory is when it leaves.
@@ -220,7 +248,8 @@ impl OutputTopic {
     }
 
     /// Every topic that a node with these filters (in order of evaluation) publishes on, in the order of a cycle.
-    /// Without a command in the candidates there is none for the turn indicators.
+    /// Without a command in the candidates there is none for the turn indicators. A node with an open-space provider
+    /// has one more.
     #[must_use]
     pub fn all(interface: Interface, filters: &[&'static str]) -> Vec<Self> {
         let mut topics = vec![
@@ -268,6 +297,7 @@ impl OutputTopic {
             | Self::ValidatedTrajectories
             | Self::ScoredTrajectories
             | Self::Trajectory
+            | Self::OpenSpaceTrajectory
             | Self::TurnIndicators
             | Self::Latency
             | Self::PlanningFactors
@@ -283,7 +313,7 @@ impl OutputTopic {
                 CandidateTrajectories::TYPE_NAME
             }
             Self::ScoredTrajectories => ScoredCandidateTrajectories::TYPE_NAME,
-            Self::Trajectory => Trajectory::TYPE_NAME,
+            Self::Trajectory | Self::OpenSpaceTrajectory => Trajectory::TYPE_NAME,
             Self::TurnIndicators => TurnIndicatorsCommand::TYPE_NAME,
             Self::ValidationReports => ValidationReportArray::TYPE_NAME,
             Self::PlanningFactors => PlanningFactorArray::TYPE_NAME,
@@ -301,6 +331,7 @@ impl OutputTopic {
             Self::ValidatedTrajectories => "output/validated_trajectories",
             Self::ScoredTrajectories => "output/scored_trajectories",
             Self::Trajectory => "output/trajectory",
+            Self::OpenSpaceTrajectory => "output/open_space_trajectory",
             Self::TurnIndicators => "output/turn_indicators",
             Self::Latency => "debug/planning_component_latency_s",
             Self::ValidationReports => "debug/validation_reports",
@@ -418,7 +449,7 @@ mod tests {
         for topic in OutputTopic::all(Interface::V0_53, &["vehicle_constraint_filter"]) {
             assert_eq!(expand(topic.ros_name()), topic.full_name());
         }
-        for topic in InputTopic::ALL {
+        for topic in InputTopic::every() {
             assert_eq!(expand(topic.ros_name()), topic.full_name());
         }
     }

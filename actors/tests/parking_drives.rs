@@ -26,6 +26,7 @@ use motion::Point2;
 use open_space::fallback::FallbackParameters;
 use open_space::partition::{Part, PartitionParameters};
 use open_space::provider::{ProviderParameters, Region, stop_trajectory};
+use open_space::region_of_interest::RegionParameters;
 use open_space::scenes::{Scene, SceneKind, scene};
 use open_space::stage::Command;
 use open_space::stitcher::{DiscretizedPoint, DiscretizedTrajectory, PathPoint};
@@ -116,6 +117,7 @@ fn system(scene: &Scene) -> (SelectorSystem, Receiver<Publication>) {
         provider: parameters,
         partition: PartitionParameters::default(),
         fallback: FallbackParameters::default(),
+        region: RegionParameters::default(),
     };
     let system =
         SelectorSystem::start_with_provider(config, Some(provider), Box::new(Collector(sender))).unwrap();

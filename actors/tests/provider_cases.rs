@@ -18,6 +18,7 @@ use motion::{Point2, VehicleInfo};
 use open_space::fallback::FallbackParameters;
 use open_space::partition::PartitionParameters;
 use open_space::provider::{PlanFailure, ProblemPlanner, ProviderParameters, Region};
+use open_space::region_of_interest::RegionParameters;
 use open_space::{Gear, Limits, PlanarPose, Problem};
 use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::ranker::GeneratorSource;
@@ -124,6 +125,7 @@ fn start(
         provider: parameters,
         partition: PartitionParameters::default(),
         fallback: FallbackParameters::default(),
+        region: RegionParameters::default(),
         make_planner: planner_of(move || planner.clone(), vehicle, Limits::default(), near_m),
     };
     let system = SelectorSystem::start_with_provider(config, Some(provider), Box::new(Collector(sender)))?;

@@ -220,7 +220,8 @@ fn summary(
     summarise("node", ended, Vec::new(), settings, threads, None)
 }
 
-/// What came in on each topic, and what of it was dropped.
+/// What came in on each topic, and what of it was dropped. Topics of the open-space provider are told of if anything
+/// came.
 pub(crate) fn received(tally: &Tally) -> BTreeMap<String, Received> {
     let of = |topic: InputTopic| {
         let dropped = DropReason::ALL
@@ -229,5 +230,7 @@ pub(crate) fn received(tally: &Tally) -> BTreeMap<String, Received> {
             .filter(|(_, count)| *count > 0);
         (topic.full_name(), Received { received: tally.received(topic), dropped: dropped.collect() })
     };
-    InputTopic::ALL.into_iter().map(of).collect()
+    let is_used = |topic: &InputTopic| tally.received(*topic) > 0;
+    let provider = InputTopic::OPEN_SPACE.into_iter().filter(is_used);
+    InputTopic::ALL.into_iter().chain(provider).map(of).collect()
 }

@@ -17,16 +17,19 @@ use super::subscriptions::{self, Throttle};
 use crate::report::markers::Markers;
 use crate::report::statistics::Statistics;
 use crate::session::vehicle_of;
-use crate::settings::{AutowareInterface, Settings};
+use crate::settings::{AutowareInterface, OpenSpaceGroup, Settings};
 use crossbeam_channel::Receiver;
 use futures::stream::SelectAll;
 use futures::{FutureExt, Stream, StreamExt, pin_mut};
 use messages::rcl_interfaces::{Log, ParameterEvent};
 use messages::rosgraph_msgs::Clock as ClockMessage;
 use messages::{Interface, Message};
+use motion::VehicleInfo;
+use open_space::{Limits, Planner};
 use rustdds::GUID;
 use rustdds::no_key::DeserializedCacheChange;
 use selection::{Pipeline, Ranker, Validator};
+use selector_actors::provider::{ProviderConfig, planner_of};
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::{
     Clock, Config, InputTopic, OutputTopic, Parameters, RosClock, SelectorSystem, SystemError, Tally,
@@ -144,7 +147,9 @@ impl Node {
         let mut graph = Graph::join(&graph, names.namespace(), names.name())?;
 
         let listeners = Listeners::default();
-        let topics = OutputTopic::all(interface, &filters);
+        let provider = provider_of(&settings, &vehicle);
+        let mut topics = OutputTopic::all(interface, &filters);
+        topics.extend(provider.is_some().then_some(OutputTopic::OpenSpaceTrajectory));
         let markers = Markers::new(Validator::new(settings.validator.clone(), &vehicle)?);
         let sink = GraphSink::advertise(&mut graph, &names, &topics, markers, interface, listeners.clone())?;
         let statistics = sink.statistics();
@@ -159,7 +164,7 @@ impl Node {
         };
         let servers = Server::open_all(&mut graph, &names, mapping)?;
         let mut readers = Vec::new();
-        for topic in InputTopic::ALL {
+        for topic in inputs_of(&settings) {
             let name = names.topic(&topic.ros_name()).map_err(GraphError::from)?;
             readers.push((topic, graph.subscribe(&name, topic.type_name(), Qos::of_input(topic))?));
         }
@@ -178,7 +183,7 @@ impl Node {
             published_times: PublishedTimes::Measured,
             count_allocations: None,
         };
-        let system = SelectorSystem::start(config, Box::new(sink))?;
+        let system = SelectorSystem::start_with_provider(config, provider, Box::new(sink))?;
         let mut feeds = Feeds::new(runtime.clone());
         let watch = events::watch(
             graph.participant().clone(),
@@ -457,6 +462,22 @@ fn parameters_of(settings: &Settings) -> Parameters {
         ranker: settings.ranker.clone(),
         sources: settings.selector.sources(),
     }
+}
+
+/// What the node listens to.
+fn inputs_of(settings: &Settings) -> impl Iterator<Item = InputTopic> {
+    let provider = settings.open_space.enable.then_some(InputTopic::OPEN_SPACE);
+    InputTopic::ALL.into_iter().chain(provider.into_iter().flatten())
+}
+
+/// The open-space provider, if it is switched on.
+fn provider_of(settings: &Settings, vehicle: &VehicleInfo) -> Option<ProviderConfig> {
+    let OpenSpaceGroup { enable, region, provider, planner, partition, fallback } =
+        settings.open_space.clone();
+    let limits = Limits::from(planner.limits);
+    let near_m = provider.is_near_destination_threshold;
+    let make_planner = planner_of(move || Planner::new(planner.clone()), *vehicle, limits, near_m);
+    enable.then_some(ProviderConfig { provider, partition, fallback, region, make_planner })
 }
 
 /// The wire form of candidates.

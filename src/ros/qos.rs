@@ -14,6 +14,10 @@ const MAX_UNACKNOWLEDGED: i32 = 512;
 /// others; a deeper queue is compatible with every publisher.
 const CANDIDATE_DEPTH: i32 = 32;
 
+/// Messages of a sensor that may wait until they are looked at. Only the newest is decoded; with a queue of one, as
+/// the upstream node has it, the middleware would drop the others unseen, and they would count as lost on the way.
+const SENSOR_DEPTH: i32 = 16;
+
 /// A profile: history is always "keep last".
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
@@ -54,7 +58,8 @@ impl Qos {
             InputTopic::Odometry
             | InputTopic::Acceleration
             | InputTopic::Objects
-            | InputTopic::TrafficSignals => Self::reliable(1),
+            | InputTopic::TrafficSignals => Self::reliable(SENSOR_DEPTH),
+            InputTopic::GoalPose | InputTopic::OccupancyGrid => Self::reliable(1),
         }
     }
 
@@ -141,7 +146,7 @@ mod tests {
 
     #[test]
     fn inputs_have_the_profiles_of_the_upstream_node() {
-        for topic in InputTopic::ALL {
+        for topic in InputTopic::every() {
             let qos = Qos::of_input(topic);
             assert!(qos.reliable, "{}", topic.name());
             let latched = matches!(topic, InputTopic::Map | InputTopic::Route);

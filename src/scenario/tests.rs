@@ -29,6 +29,7 @@ fn bytes(input: &Input) -> Vec<u8> {
         Input::Objects(message) => message.to_cdr(interface),
         Input::TrafficSignals(message) => message.to_cdr(interface),
         Input::ReadyMap(..) => panic!("a generated drive sends its map as a message"),
+        Input::GoalPose(_) | Input::OccupancyGrid(_) => panic!("nobody parks"),
     }
 }
 
@@ -45,6 +46,7 @@ fn stamp_ns(input: &Input) -> i64 {
             message.candidate_trajectories.last().unwrap().header.stamp
         }
         Input::ReadyMap(..) => panic!("a generated drive sends its map as a message"),
+        Input::GoalPose(_) | Input::OccupancyGrid(_) => panic!("nobody parks"),
     };
     stamp.nanoseconds() - EPOCH_NS
 }
@@ -144,6 +146,7 @@ fn times_are_sorted_and_stamps_of_a_topic_never_decrease() {
             InputTopic::Odometry | InputTopic::Acceleration => 3..=3,
             InputTopic::Objects => 50..=70,
             InputTopic::TrafficSignals | InputTopic::Generative | InputTopic::Backup => 30..=50,
+            InputTopic::GoalPose | InputTopic::OccupancyGrid => panic!("nobody parks"),
         };
         assert!(expected_ms.contains(&delay_ms), "{:?} {delay_ms}", timed.topic);
         assert!(newest.insert(timed.topic, stamp).is_none_or(|before| before < stamp), "{:?}", timed.topic);

@@ -4,6 +4,7 @@ use open_space::OpenSpaceParameters;
 use open_space::fallback::FallbackParameters;
 use open_space::partition::PartitionParameters;
 use open_space::provider::ProviderParameters;
+use open_space::region_of_interest::RegionParameters;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,11 @@ pub struct OpenSpaceSettings {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OpenSpaceGroup {
+    /// Let the node plan on its own towards a goal in open space; what it plans is a candidate like any other. To be
+    /// driven it needs entries in generator_name_prefixes, too.
+    pub enable: bool,
+    /// What the vehicle is planned in.
+    pub region: RegionParameters,
     /// When a plan is made, kept or given up.
     pub provider: ProviderParameters,
     /// How a plan is made.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import new_class
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int32, int64, sequence, uint8, uint16, uint32, uint64
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint16, uint32, uint64
 
 TYPES = {}
 
@@ -35,7 +35,7 @@ def blob(length, name):
 
 
 PRIMITIVES = {
-    "bool": bool, "byte": uint8, "uint8": uint8, "uint16": uint16, "int32": int32, "uint32": uint32,
+    "bool": bool, "byte": uint8, "int8": int8, "uint8": uint8, "uint16": uint16, "int32": int32, "uint32": uint32,
     "int64": int64, "uint64": uint64, "float32": float32, "float64": float64, "string": str,
 }
 
@@ -66,6 +66,10 @@ for three in ("Point", "Vector3"):
 message("geometry_msgs/msg/Point32", "float32 x\nfloat32 y\nfloat32 z")
 message("geometry_msgs/msg/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w")
 message("geometry_msgs/msg/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation")
+message("sensor_msgs/msg/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data")
+message("visualization_msgs/msg/UVCoordinate", "float32 u\nfloat32 v")
+message("visualization_msgs/msg/MeshFile", "string filename\nuint8[] data")
+message("geometry_msgs/msg/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose")
 message("geometry_msgs/msg/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance")
 message("geometry_msgs/msg/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular")
 message("geometry_msgs/msg/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance")
@@ -84,6 +88,15 @@ message(
     geometry_msgs/TwistWithCovariance twist""",
 )
 
+message(
+    "nav_msgs/msg/MapMetaData",
+    """builtin_interfaces/Time map_load_time
+    float32 resolution
+    uint32 width
+    uint32 height
+    geometry_msgs/Pose origin""",
+)
+message("nav_msgs/msg/OccupancyGrid", "std_msgs/Header header\nnav_msgs/MapMetaData info\nint8[] data")
 message("autoware_vehicle_msgs/msg/TurnIndicatorsCommand", "builtin_interfaces/Time stamp\nuint8 command")
 message(
     "autoware_planning_msgs/msg/TrajectoryPoint",
@@ -282,6 +295,29 @@ message(
     "diagnostic_msgs/msg/DiagnosticArray",
     "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status",
 )
+message(
+    "visualization_msgs/msg/Marker",
+    """std_msgs/Header header
+    string ns
+    int32 id
+    int32 type
+    int32 action
+    geometry_msgs/Pose pose
+    geometry_msgs/Vector3 scale
+    std_msgs/ColorRGBA color
+    builtin_interfaces/Duration lifetime
+    bool frame_locked
+    geometry_msgs/Point[] points
+    std_msgs/ColorRGBA[] colors
+    string texture_resource
+    sensor_msgs/CompressedImage texture
+    visualization_msgs/UVCoordinate[] uv_coordinates
+    string text
+    string mesh_resource
+    visualization_msgs/MeshFile mesh_file
+    bool mesh_use_embedded_materials""",
+)
+message("visualization_msgs/msg/MarkerArray", "visualization_msgs/Marker[] markers")
 
 RCL = "rcl_interfaces"
 message(

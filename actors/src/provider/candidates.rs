@@ -2,7 +2,7 @@
 
 use super::{GENERATOR, STOP_GENERATOR};
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
-use messages::autoware_planning_msgs::TrajectoryPoint;
+use messages::autoware_planning_msgs::{Trajectory, TrajectoryPoint};
 use messages::builtin_interfaces::{Duration, Time};
 use messages::geometry_msgs::{Point, Pose, Quaternion};
 use messages::std_msgs::{Header, Text};
@@ -54,6 +54,14 @@ pub(super) fn to_message(command: Option<&Command>, at: &Placement<'_>) -> Candi
             .collect(),
         generator_info: [(GENERATOR_ID, GENERATOR), (STOP_GENERATOR_ID, STOP_GENERATOR)].map(info).into(),
     }
+}
+
+/// The provider's trajectory in a set of candidates, a stop trajectory included.
+pub(crate) fn plan_in(set: &CandidateTrajectories) -> Option<Trajectory> {
+    let ids = [GENERATOR_ID, STOP_GENERATOR_ID];
+    let candidate =
+        set.candidate_trajectories.iter().find(|candidate| ids.contains(&candidate.generator_id))?;
+    Some(Trajectory { header: candidate.header.clone(), points: candidate.points.clone() })
 }
 
 /// From where the vehicle is up to where it stands next, as far as it moves: points in one place have no direction, and

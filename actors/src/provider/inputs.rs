@@ -86,7 +86,7 @@ fn straight_on(object: &PredictedObject, age_s: f64) -> Vec<(f64, PlanarPose)> {
     vec![(-age_s, here), (CONSTANT_VELOCITY_S - age_s, there)]
 }
 
-fn planar(pose: &Pose) -> PlanarPose {
+pub(super) fn planar(pose: &Pose) -> PlanarPose {
     let q = pose.orientation;
     let orientation = Quaternion { x: q.x, y: q.y, z: q.z, w: q.w };
     PlanarPose::new(pose.position.x, pose.position.y, orientation.yaw())
