@@ -4,6 +4,12 @@
 //! the rules of ROS 2 and neither sockets nor clocks. `graph`, `payload`, `qos`, `subscriptions`, `publications`,
 //! `services`, `rosout` and `events` are the network side; `node` puts both together.
 
+// A build for both would quietly be one for the newer.
+#[cfg(all(feature = "humble", feature = "jazzy"))]
+compile_error!("a build is for one release of ROS 2: for Humble add `--no-default-features`");
+#[cfg(not(any(feature = "humble", feature = "jazzy")))]
+compile_error!("a build is for one release of ROS 2: choose the feature `jazzy` or `humble`");
+
 pub mod arguments;
 pub mod environment;
 pub mod events;

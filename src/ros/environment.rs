@@ -11,8 +11,11 @@ use super::logging::Severity;
 /// Highest domain that leaves room for the ports of DDS.
 const MAX_DOMAIN_ID: u16 = 232;
 
-/// Releases of ROS 2 whose endpoint ids have 24 bytes. This build has 16.
+/// Releases of ROS 2 whose endpoint ids have 24 bytes; newer ones have 16.
 const LONG_ID_RELEASES: [&str; 3] = ["foxy", "galactic", "humble"];
+
+/// Whether the ids of this build are the long ones.
+const HAS_LONG_IDS: bool = cfg!(feature = "humble");
 
 /// Settings of other middlewares, which this one does not read.
 const OTHER_MIDDLEWARE: [&str; 3] =
@@ -99,8 +102,9 @@ pub enum Note {
     RangeIgnored,
     /// A release of ROS with another length of ids.
     #[error(
-        "ROS_DISTRO is `{0}`, whose endpoint ids are longer than this program's: `ros2 node` and `ros2 topic info` of \
-         that release will not show this node properly; messages are not affected"
+        "ROS_DISTRO is `{0}`, whose endpoint ids have another length than this program's: `ros2 node` and `ros2 topic \
+         info` of that release will not show this node properly; messages are not affected. Build the program with \
+         {hint}", hint = if HAS_LONG_IDS { "default features" } else { "`--no-default-features --features humble`" }
     )]
     Release(String),
 }
@@ -152,7 +156,8 @@ impl Environment {
         let set = |name: &&'static str| variables.text(name).is_some();
         notes.extend(set(&"ROS_STATIC_PEERS").then_some(Note::StaticPeers));
         notes.extend(OTHER_MIDDLEWARE.into_iter().filter(set).map(Note::OtherMiddleware));
-        let release = variables.text("ROS_DISTRO").filter(|name| LONG_ID_RELEASES.contains(&name.as_str()));
+        let is_other = |name: &String| LONG_ID_RELEASES.contains(&name.as_str()) != HAS_LONG_IDS;
+        let release = variables.text("ROS_DISTRO").filter(is_other);
         notes.extend(release.map(Note::Release));
         Ok(Self { domain_id, service_mapping, discovery, console, notes })
     }

@@ -348,6 +348,13 @@ fn dds_type(type_name: &str) -> String {
 mod tests {
     use super::*;
 
+    /// Tools of a release find the endpoints of a node only by ids of their own length.
+    #[test]
+    fn ids_have_the_length_of_the_release() {
+        let expected = if cfg!(feature = "humble") { 24 } else { 16 };
+        assert_eq!(size_of::<Gid>(), expected);
+    }
+
     #[test]
     fn types_are_named_as_on_the_wire() {
         assert_eq!(dds_type("nav_msgs/msg/Odometry"), "nav_msgs::msg::dds_::Odometry_");
