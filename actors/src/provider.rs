@@ -7,6 +7,7 @@
 
 mod candidates;
 mod desk;
+mod in_cycle;
 mod inputs;
 mod lockstep;
 mod planning_thread;
@@ -32,6 +33,7 @@ use crate::inlets::SensorSlots;
 use actix::{Actor, Addr, Context, Handler, Message};
 pub(crate) use candidates::plan_in;
 use candidates::{Placement, to_message};
+use in_cycle::InCycle;
 use inputs::{obstacles, vehicle_state};
 pub use lockstep::Lockstep;
 use messages::geometry_msgs::PoseStamped;
@@ -50,6 +52,7 @@ pub use planning_thread::{MakePlanner, PlanJob, PlanningThread};
 use selection::Scene;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Duration;
 use surroundings::Surroundings;
 use tracing::{error, info, warn};
 
@@ -92,7 +95,7 @@ pub fn planner_of<P: ProblemPlanner + Send + 'static>(
 ) -> MakePlanner {
     Arc::new(move || {
         let mut optimizer = Optimizer::new(make(), vehicle, limits, near_destination_m);
-        Box::new(move |job, cancelled| optimizer.plan(job, cancelled))
+        Box::new(move |job, watch| optimizer.plan(job, watch))
     })
 }
 
@@ -125,16 +128,12 @@ impl OpenSpace {
         let mut refused = out_of_range(&config.partition);
         refused.extend(out_of_range(&config.fallback));
         refused.extend(out_of_range(&config.region));
+        refused.extend(out_of_range(&config.provider));
         if !refused.is_empty() {
-            refused.extend(out_of_range(&config.provider));
             return Err(refused);
         }
         let period_s = config.provider.cycle_s();
-        let execution = Execution::Threaded(if clock.runs_by_itself() {
-            Box::new(PlanningThread::new(config.make_planner))
-        } else {
-            Box::new(Lockstep::new(config.make_planner))
-        });
+        let execution = execution(&config.provider, config.make_planner, clock);
         let provider = Provider::new(config.provider, execution)?;
         let stage = ParkingStage::new(provider, config.partition, config.fallback, vehicle);
         Ok(Self {
@@ -272,6 +271,19 @@ fn way_of(command: &Command) -> Vec<PlanarPose> {
         Command::Brake { trajectory, .. } => &trajectory.points[..],
     };
     points.iter().filter_map(|point| point.path_point).map(|point| point.pose).collect()
+}
+
+/// Who plans: a thread, or where the clock is stepped nobody beside the cycles; without a thread the cycle itself.
+fn execution(parameters: &ProviderParameters, make_planner: MakePlanner, clock: &Clock) -> Execution {
+    let time_limit =
+        clock.runs_by_itself().then(|| Duration::from_secs_f64(parameters.open_space_planning_time_limit));
+    match (parameters.enable_open_space_planner_thread, time_limit) {
+        (false, limit) => Execution::Synchronous(Box::new(InCycle::new(make_planner, limit))),
+        (true, Some(limit)) => {
+            Execution::Threaded(Box::new(PlanningThread::new(make_planner).with_time_limit(limit)))
+        }
+        (true, None) => Execution::Threaded(Box::new(Lockstep::new(make_planner))),
+    }
 }
 
 impl Actor for OpenSpace {

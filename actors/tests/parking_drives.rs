@@ -1,6 +1,7 @@
 //! The closed loop through the whole selector: a vehicle with noise, delay and lag drives what the selector hands on,
-//! candidates of the open-space provider judged by enforced filters, until it stands in the slot. `SELECTOR_SEEDS`
-//! says how many drives.
+//! candidates of the open-space provider judged by enforced filters, until it stands in the slot: in the scenes that come
+//! with the program, and in generated ones. `SELECTOR_SEEDS` says how many drives, or with two numbers (40..41) which, and
+//! `SELECTOR_SCENES` picks those whose names contain it; with `TRACE` each cycle is told.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::float_cmp_const, reason = "a test fails by panicking")]
 
@@ -9,6 +10,8 @@ mod inputs;
 #[path = "../../crates/open-space/tests/closed_loop/random.rs"]
 #[allow(dead_code, reason = "shared with other drives")]
 mod random;
+#[path = "../../crates/open-space/tests/support/scene_files.rs"]
+mod scene_files;
 #[path = "../../crates/open-space/tests/closed_loop/vehicle.rs"]
 mod vehicle;
 
@@ -27,12 +30,13 @@ use open_space::fallback::FallbackParameters;
 use open_space::partition::{Part, PartitionParameters};
 use open_space::provider::{ProviderParameters, Region, stop_trajectory};
 use open_space::region_of_interest::RegionParameters;
-use open_space::scenes::{Scene, SceneKind, scene};
+use open_space::scenes::{SceneKind, scene};
 use open_space::stage::Command;
 use open_space::stitcher::{DiscretizedPoint, DiscretizedTrajectory, PathPoint};
 use open_space::vehicle_model::VehicleState;
-use open_space::{CollisionChecker, Gear, OpenSpaceParameters, PlanarPose, Planner};
+use open_space::{CollisionChecker, Gear, OpenSpaceParameters, PlanarPose, Planner, Problem};
 use random::Random;
+use scene_files::example_scenes;
 use selection::parameters::{RankerParameters, ValidatorParameters, VehicleConstraintParameters};
 use selection::ranker::GeneratorSource;
 use selection::{Pipeline, Ranker, Validator};
@@ -40,6 +44,7 @@ use selector_actors::provider::{ProviderConfig, planner_of};
 use selector_actors::publisher::PublishedTimes;
 use selector_actors::topics::OutputMessage;
 use selector_actors::{Clock, Config, Input, Publication, SelectorSystem, Sink, SinkError};
+use std::ops::Range;
 use std::sync::Arc;
 use vehicle::{Controller, Imperfection, TICK_S, Vehicle};
 
@@ -52,8 +57,10 @@ const CYCLE_TICKS: u32 = 10;
 /// Longest drive, s.
 const PATIENCE_S: f64 = 240.0;
 
-fn seeds() -> u64 {
-    std::env::var("SELECTOR_SEEDS").ok().and_then(|number| number.parse().ok()).unwrap_or(1)
+fn seeds(few: u64) -> Range<u64> {
+    let wanted = std::env::var("SELECTOR_SEEDS").unwrap_or_default();
+    let (first, end) = wanted.split_once("..").unwrap_or(("0", &wanted));
+    first.parse().unwrap()..end.parse().unwrap_or(few)
 }
 
 struct Collector(Sender<Publication>);
@@ -64,9 +71,8 @@ impl Sink for Collector {
     }
 }
 
-fn system(scene: &Scene) -> (SelectorSystem, Receiver<Publication>) {
+fn system(problem: &Problem) -> (SelectorSystem, Receiver<Publication>) {
     let (sender, outputs) = unbounded();
-    let problem = &scene.problem;
     let dimensions = problem.vehicle.dimensions();
     let validator = ValidatorParameters {
         filter_names: ["safety::VehicleConstraintFilter", "safety::CollisionCheckFilter"]
@@ -151,21 +157,21 @@ fn objections(reports: &ValidationReportArray) -> Option<String> {
 }
 
 /// What the vehicle's controller makes of a trajectory that was handed on.
-fn command_of(trajectory: &Trajectory, scene: &Scene, state: &VehicleState) -> Command {
+fn command_of(trajectory: &Trajectory, problem: &Problem, state: &VehicleState) -> Command {
     let Some(moving) = trajectory.points.iter().find(|point| point.longitudinal_velocity_mps != 0.0) else {
         // Nothing moves: it stands, and turns its wheels where it is told to.
         let turns = trajectory.points.iter().any(|point| point.front_wheel_angle_rad != 0.0);
         return if turns {
-            Command::Follow(part_of(trajectory, scene, state.gear))
+            Command::Follow(part_of(trajectory, problem, state.gear))
         } else {
             Command::Stop(Some(stop_trajectory(state, 0.3)))
         };
     };
     let gear = if moving.longitudinal_velocity_mps > 0.0 { Gear::Forward } else { Gear::Reverse };
-    Command::Follow(part_of(trajectory, scene, gear))
+    Command::Follow(part_of(trajectory, problem, gear))
 }
 
-fn part_of(trajectory: &Trajectory, scene: &Scene, gear: Gear) -> Part {
+fn part_of(trajectory: &Trajectory, problem: &Problem, gear: Gear) -> Part {
     let point = |point: &messages::autoware_planning_msgs::TrajectoryPoint| {
         let q = point.pose.orientation;
         let yaw = motion::Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }.yaw();
@@ -173,7 +179,7 @@ fn part_of(trajectory: &Trajectory, scene: &Scene, gear: Gear) -> Part {
         DiscretizedPoint {
             path_point: Some(PathPoint {
                 pose: PlanarPose::new(point.pose.position.x, point.pose.position.y, yaw),
-                curvature: scene.problem.vehicle.curvature_from_steering_angle(steer_rad),
+                curvature: problem.vehicle.curvature_from_steering_angle(steer_rad),
                 ..PathPoint::default()
             }),
             speed_mps: f64::from(point.longitudinal_velocity_mps),
@@ -186,11 +192,19 @@ fn part_of(trajectory: &Trajectory, scene: &Scene, gear: Gear) -> Part {
     Part { trajectory: DiscretizedTrajectory { points }, gear, first: 0 }
 }
 
+/// A trajectory in a line.
+fn told(trajectory: Option<&Trajectory>) -> String {
+    let Some(points) = trajectory.map(|trajectory| &trajectory.points) else { return "nothing".to_owned() };
+    let ends = [points.first(), points.last()].map(|point| {
+        point.map(|p| (p.time_from_start.seconds(), p.longitudinal_velocity_mps, p.front_wheel_angle_rad))
+    });
+    format!("{} points, time, speed and steering of the ends {ends:?}", points.len())
+}
+
 /// Drives until the vehicle stands near the goal; why not, otherwise. Also the least clearance, m, and the cycles in
 /// which nothing was handed on.
-fn drive(scene: &Scene, seed: u64) -> Result<(f64, u32), String> {
-    let problem = &scene.problem;
-    let (system, outputs) = system(scene);
+fn drive(problem: &Problem, seed: u64) -> Result<(f64, u32), String> {
+    let (system, outputs) = system(problem);
     system.deliver(Input::ReadyMap(Arc::new(one_lanelet()), "map".into())).unwrap();
     let region = Arc::new(Region {
         origin: Point2::new(-40.0, 25.0),
@@ -205,7 +219,7 @@ fn drive(scene: &Scene, seed: u64) -> Result<(f64, u32), String> {
     let mut vehicle = Vehicle::standing(problem.vehicle, region.to_map(problem.start), USUAL);
     let mut controller = Controller::new(problem.vehicle, 0.12 + 0.01 * USUAL.delay_ticks as f64);
     let (mut least_m, mut silent, mut stood_s, mut tick) = (f64::INFINITY, 0, 0.0, 0_u32);
-    let mut objection = None;
+    let (mut objection, trace) = (None, std::env::var_os("TRACE").is_some());
     loop {
         let now_s = f64::from(tick) * TICK_S;
         let state = vehicle.measured(&mut random);
@@ -221,8 +235,17 @@ fn drive(scene: &Scene, seed: u64) -> Result<(f64, u32), String> {
                     _ => {}
                 }
             }
+            if trace {
+                eprintln!("{now_s:6.1} {:?}", region.to_region(vehicle.pose));
+                eprintln!(
+                    "       {:.3} m/s {:?} {}",
+                    vehicle.speed_mps,
+                    vehicle.gear,
+                    told(driven.as_deref())
+                );
+            }
             match driven {
-                Some(trajectory) => controller.take(now_s, &command_of(&trajectory, scene, &state)),
+                Some(trajectory) => controller.take(now_s, &command_of(&trajectory, problem, &state)),
                 None => silent += 1,
             }
         }
@@ -249,18 +272,18 @@ fn drive(scene: &Scene, seed: u64) -> Result<(f64, u32), String> {
     }
 }
 
-#[test]
-fn what_the_selector_hands_on_parks_the_vehicle() {
+/// Drives every scene with every seed; all must end in the slot.
+fn assert_parked(scenes: Vec<(String, Problem)>, seeds: Range<u64>) {
+    let wanted = std::env::var("SELECTOR_SCENES").unwrap_or_default();
     let (mut failed, mut count, mut least_m, mut silent) = (Vec::new(), 0, f64::INFINITY, 0);
-    for kind in SceneKind::ALL {
-        let scene = scene(kind, 0.2, 1, 0);
-        for seed in 0..seeds() {
+    for (name, problem) in scenes.iter().filter(|(name, _)| name.contains(&wanted)) {
+        for seed in seeds.clone() {
             count += 1;
-            match drive(&scene, seed) {
+            match drive(problem, seed) {
                 Ok((clearance_m, cycles)) => {
                     (least_m, silent) = (f64::min(least_m, clearance_m), silent + cycles);
                 }
-                Err(why) => failed.push(format!("{} {seed}: {why}", scene.name)),
+                Err(why) => failed.push(format!("{name} {seed}: {why}")),
             }
         }
     }
@@ -269,4 +292,26 @@ fn what_the_selector_hands_on_parks_the_vehicle() {
         failed.len()
     );
     assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+fn generated_scenes() -> Vec<(String, Problem)> {
+    let generated = SceneKind::ALL.into_iter().map(|kind| scene(kind, 0.2, 1, 0));
+    generated.map(|scene| (scene.name, scene.problem)).collect()
+}
+
+#[test]
+fn what_the_selector_hands_on_parks_the_vehicle() {
+    assert_parked(generated_scenes(), seeds(1));
+}
+
+#[test]
+fn the_scenes_of_the_program_are_driven_into_the_slot() {
+    assert_eq!(example_scenes().len(), 7);
+    assert_parked(example_scenes(), seeds(2));
+}
+
+#[test]
+#[ignore = "some minutes: 1,600 drives"]
+fn a_hundred_noisy_vehicles_park_in_every_scene() {
+    assert_parked(example_scenes().into_iter().chain(generated_scenes()).collect(), seeds(100));
 }

@@ -19,7 +19,7 @@ use open_space::fallback::FallbackParameters;
 use open_space::partition::PartitionParameters;
 use open_space::provider::{PlanFailure, ProblemPlanner, ProviderParameters, Region};
 use open_space::region_of_interest::RegionParameters;
-use open_space::{Gear, Limits, PlanarPose, Problem};
+use open_space::{Gear, Limits, PlanarPose, Problem, Watch};
 use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::ranker::GeneratorSource;
 use selection::{Pipeline, Ranker, Validator};
@@ -43,11 +43,7 @@ struct Straight {
 }
 
 impl ProblemPlanner for Straight {
-    fn plan(
-        &mut self,
-        problem: &Problem,
-        _: &dyn Fn() -> bool,
-    ) -> Result<open_space::Trajectory, PlanFailure> {
+    fn plan(&mut self, problem: &Problem, _: &Watch) -> Result<open_space::Trajectory, PlanFailure> {
         let left = self.breakdowns.load(Ordering::Relaxed);
         self.breakdowns.store(left.saturating_sub(1), Ordering::Relaxed);
         assert_eq!(left, 0, "broken down");
@@ -156,7 +152,11 @@ struct Node {
 
 impl Node {
     fn parking(threads: usize, planner: Straight) -> Self {
-        let (system, outputs) = start(threads, planner, once()).unwrap();
+        Self::parking_with(threads, planner, once())
+    }
+
+    fn parking_with(threads: usize, planner: Straight, parameters: ProviderParameters) -> Self {
+        let (system, outputs) = start(threads, planner, parameters).unwrap();
         let node = Self { system, outputs, now_ms: 0 };
         node.deliver(Input::ReadyMap(Arc::new(one_lanelet()), "map".into()));
         node.deliver(Input::Objects(Arc::default()));
@@ -247,6 +247,16 @@ fn the_plan_takes_the_place_of_the_stop_and_is_driven() {
     assert!((first.pose.position.x - 5.0).abs() < 0.05, "{first:?}");
     assert!((last.pose.position.x - 5.0 - GOAL_M).abs() < 1e-9, "{last:?}");
     assert!(last.longitudinal_velocity_mps.abs() < 1e-6);
+}
+
+#[test]
+fn without_a_planning_thread_the_plan_is_there_in_the_cycle_that_asked_for_it() {
+    let waiting = ProviderParameters { enable_open_space_planner_thread: false, ..once() };
+    let mut node = Node::parking_with(1, planner(1.0), waiting);
+    let cycle = node.cycle();
+    let (plan, generator) = cycle.candidate();
+    assert_eq!((generator.as_str(), cycle.validated()), (GENERATOR, 1));
+    assert_eq!(cycle.driven().unwrap().points, plan.points);
 }
 
 /// Every cycle the vehicle is where the trajectory that was driven says.

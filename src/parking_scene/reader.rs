@@ -112,6 +112,7 @@ impl Draft {
                 start,
                 start_speed_mps,
                 start_acceleration_mps2: 0.0,
+                start_curvature: None,
                 goal: goal?,
             })
         })();

@@ -26,6 +26,7 @@ use open_space::provider::{
     ProviderParameters, Source, Status, WorkerState,
 };
 use open_space::stitcher::{DiscretizedTrajectory, PublishedTrajectory};
+use open_space::{Interruption, Watch};
 use planning_thread::{MakePlanner, PlanningThread};
 use shuttle::thread::yield_now;
 
@@ -47,9 +48,13 @@ fn echo(number: f64) -> Result<Outcome, PlanFailure> {
 
 fn planner() -> MakePlanner {
     sync::Arc::new(|| {
-        Box::new(|job: &Job, cancelled: &dyn Fn() -> bool| {
+        Box::new(|job: &Job, watch: &Watch| {
             yield_now();
-            if cancelled() { Err(PlanFailure::Cancelled) } else { echo(job.submitted_s) }
+            if watch() == Some(Interruption::Cancelled) {
+                Err(PlanFailure::Cancelled)
+            } else {
+                echo(job.submitted_s)
+            }
         })
     })
 }

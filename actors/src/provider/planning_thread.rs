@@ -9,12 +9,13 @@ use super::sync::{Arc, AtomicBool, Builder, Condvar, JoinHandle, Mutex, MutexGua
 use open_space::provider::{
     Job, Outcome, PlanFailure, Planned, PlanningWorker, WorkerNotStarted, WorkerState,
 };
+use open_space::{Interruption, Watch, watched_by};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Plans one job; asks often whether planning was called off. Stays on the planning thread.
-pub type PlanJob = Box<dyn FnMut(&Job, &dyn Fn() -> bool) -> Result<Outcome, PlanFailure> + Send>;
+pub type PlanJob = Box<dyn FnMut(&Job, &Watch) -> Result<Outcome, PlanFailure> + Send>;
 
 /// Makes a planner; called on the planning thread for the first job and for the one after a panic.
 pub type MakePlanner = Arc<dyn Fn() -> PlanJob + Send + Sync>;
@@ -22,6 +23,7 @@ pub type MakePlanner = Arc<dyn Fn() -> PlanJob + Send + Sync>;
 /// The planning thread and its desk.
 pub struct PlanningThread {
     make_planner: MakePlanner,
+    time_limit: Option<Duration>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -65,15 +67,23 @@ impl PlanningThread {
     /// A planning thread that is not running yet.
     #[must_use]
     pub fn new(make_planner: MakePlanner) -> Self {
-        Self { make_planner, shared: Arc::new(Shared::new()), thread: None }
+        Self { make_planner, time_limit: None, shared: Arc::new(Shared::new()), thread: None }
+    }
+
+    /// The same, with a limit to the time that a plan may take.
+    #[must_use]
+    pub fn with_time_limit(mut self, time_limit: Duration) -> Self {
+        self.time_limit = Some(time_limit);
+        self
     }
 }
 
 impl PlanningWorker for PlanningThread {
     fn start(&mut self) -> Result<(), WorkerNotStarted> {
         self.stop();
-        let (make_planner, shared) = (self.make_planner.clone(), self.shared.clone());
-        let thread = Builder::new().name("open-space".to_owned()).spawn(move || work(&make_planner, &shared));
+        let (make_planner, limit, shared) = (self.make_planner.clone(), self.time_limit, self.shared.clone());
+        let work = move || work(&make_planner, limit, &shared);
+        let thread = Builder::new().name("open-space".to_owned()).spawn(work);
         self.thread = Some(thread.map_err(|error| WorkerNotStarted { why: error.to_string() })?);
         Ok(())
     }
@@ -130,14 +140,32 @@ impl std::fmt::Debug for PlanningThread {
 }
 
 /// The thread: plans job after job until planning is called off.
-fn work(make_planner: &MakePlanner, shared: &Shared) {
+fn work(make_planner: &MakePlanner, time_limit: Option<Duration>, shared: &Arc<Shared>) {
     let mut planner = None;
     while let Some(job) = shared.next_job() {
         let started = Instant::now();
-        let outcome = plan(make_planner, &mut planner, &job, &|| shared.is_cancelled());
+        let asked = shared.clone();
+        let watch = within(started, time_limit, move || asked.is_cancelled());
+        let outcome = plan(make_planner, &mut planner, &job, &watch);
         let latency_ms = started.elapsed().as_secs_f64() * 1e3;
         shared.desk().put(job, outcome, latency_ms);
     }
+}
+
+/// Interrupts what is called off, and what takes longer than it may.
+pub(super) fn within(
+    started: Instant,
+    time_limit: Option<Duration>,
+    is_cancelled: impl Fn() -> bool + Send + Sync + 'static,
+) -> Watch {
+    // An end too far for the clock is none.
+    let end = time_limit.and_then(|limit| started.checked_add(limit));
+    watched_by(move || {
+        if is_cancelled() {
+            return Some(Interruption::Cancelled);
+        }
+        end.filter(|end| Instant::now() >= *end).map(|_| Interruption::OutOfTime)
+    })
 }
 
 /// Plans a job, making the planner if there is none. One that panics is thrown away, so nobody sees what it left half
@@ -146,9 +174,9 @@ pub(super) fn plan(
     make_planner: &MakePlanner,
     planner: &mut Option<PlanJob>,
     job: &Job,
-    cancelled: &dyn Fn() -> bool,
+    watch: &Watch,
 ) -> Result<Outcome, PlanFailure> {
-    let planning = || planner.get_or_insert_with(|| make_planner())(job, cancelled);
+    let planning = || planner.get_or_insert_with(|| make_planner())(job, watch);
     catch_unwind(AssertUnwindSafe(planning)).unwrap_or_else(|panic| {
         *planner = None;
         Err(PlanFailure::Panicked { message: panic_message(panic.as_ref()) })

@@ -3,6 +3,7 @@
 use super::planning_thread::{MakePlanner, PlanningThread};
 use super::stand_ins::{job, planned_for, point, region, vehicle};
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use open_space::Interruption;
 use open_space::provider::{
     Execution, Frame, Outcome, PlanFailure, PlanningWorker, Provider, ProviderParameters, Source, Status,
     WorkerState,
@@ -24,7 +25,7 @@ struct Remote {
 enum Answer {
     Plan,
     Panic,
-    UntilCancelled,
+    UntilInterrupted,
 }
 
 /// A planner whose every job waits for its answer.
@@ -36,16 +37,22 @@ fn remote() -> (MakePlanner, Remote) {
     let make: MakePlanner = Arc::new(move || {
         count.fetch_add(1, Ordering::Relaxed);
         let (next, begin) = (next.clone(), begin.clone());
-        Box::new(move |job, cancelled| {
+        Box::new(move |job, watch| {
             begin.send(job.submitted_s).unwrap();
             match next.recv_timeout(PATIENCE).unwrap() {
                 Answer::Plan => {}
                 Answer::Panic => panic!("job {}", job.submitted_s),
-                Answer::UntilCancelled => {
-                    while !cancelled() {
-                        std::thread::yield_now();
-                    }
-                    return Err(PlanFailure::Cancelled);
+                Answer::UntilInterrupted => {
+                    let cause = loop {
+                        match watch() {
+                            None => std::thread::yield_now(),
+                            Some(cause) => break cause,
+                        }
+                    };
+                    return Err(match cause {
+                        Interruption::Cancelled => PlanFailure::Cancelled,
+                        Interruption::OutOfTime => PlanFailure::Search { why: "late".to_owned() },
+                    });
                 }
             }
             let points = vec![point(0.0, job.submitted_s), point(1.0, job.submitted_s)];
@@ -127,7 +134,7 @@ fn planning_that_is_called_off_ends_and_starts_again_with_nothing_left() {
     worker.submit(job(1));
     assert_eq!(remote.begun(), 1.0);
     worker.submit(job(2));
-    remote.answer(Answer::UntilCancelled);
+    remote.answer(Answer::UntilInterrupted);
     worker.stop();
     assert_eq!(worker.state(), WorkerState::default());
     worker.start().unwrap();
@@ -136,6 +143,19 @@ fn planning_that_is_called_off_ends_and_starts_again_with_nothing_left() {
     remote.answer(Answer::Plan);
     let planned = eventually("the plan", || worker.take_planned());
     assert_eq!(planned.submitted_s, 3.0);
+}
+
+#[test]
+fn what_takes_too_long_is_interrupted_and_the_next_job_has_its_own_time() {
+    let (make, remote) = remote();
+    let mut worker = PlanningThread::new(make).with_time_limit(Duration::from_millis(20));
+    worker.start().unwrap();
+    for number in 1..=2 {
+        worker.submit(job(number));
+        remote.answer(Answer::UntilInterrupted);
+        let failure = eventually("the failure", || worker.take_failure());
+        assert_eq!(failure, PlanFailure::Search { why: "late".to_owned() });
+    }
 }
 
 #[test]

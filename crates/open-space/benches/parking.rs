@@ -21,10 +21,11 @@ mod judge;
 mod scenes;
 
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use open_space::planner::{OpenSpaceParameters, Plan, PlanError, Planner, Stage, Step, Supervisor};
-use open_space::{CollisionChecker, Interruption};
+use open_space::{CollisionChecker, Interruption, Watch};
 use rustix::time::{ClockId, clock_gettime};
 use scenes::{Scene, scenes};
 use serde_json::Value;
@@ -45,14 +46,34 @@ fn now() -> Duration {
 /// Notes when each step begins, and how long an interruption would have to wait.
 struct Stopwatch {
     steps: Vec<(Step, Duration)>,
+    questions: Arc<Mutex<Questions>>,
+}
+
+struct Questions {
     asked: Duration,
     longest_wait: Duration,
+}
+
+impl Questions {
+    fn note(&mut self) {
+        let now = now();
+        self.longest_wait = self.longest_wait.max(now - self.asked);
+        self.asked = now;
+    }
 }
 
 impl Supervisor for Stopwatch {
     fn interruption(&mut self) -> Option<Interruption> {
         self.note();
         None
+    }
+
+    fn watch(&self) -> Option<Watch> {
+        let questions = self.questions.clone();
+        Some(Arc::new(move || {
+            questions.lock().unwrap().note();
+            None
+        }))
     }
 
     fn begin(&mut self, step: Step) {
@@ -62,13 +83,16 @@ impl Supervisor for Stopwatch {
 
 impl Stopwatch {
     fn new() -> Self {
-        Self { steps: Vec::new(), asked: now(), longest_wait: Duration::ZERO }
+        let questions = Questions { asked: now(), longest_wait: Duration::ZERO };
+        Self { steps: Vec::new(), questions: Arc::new(Mutex::new(questions)) }
     }
 
-    fn note(&mut self) {
-        let now = now();
-        self.longest_wait = self.longest_wait.max(now - self.asked);
-        self.asked = now;
+    fn note(&self) {
+        self.questions.lock().unwrap().note();
+    }
+
+    fn longest_wait_ms(&self) -> f64 {
+        self.questions.lock().unwrap().longest_wait.as_secs_f64() * 1e3
     }
 
     /// Time spent in `step`, ms, when all ended at `end`.
@@ -196,7 +220,7 @@ impl Summary {
             series.0.push(ms);
         }
         self.total_ms.0.push(spent.iter().sum());
-        self.waits_ms.0.push(stopwatch.longest_wait.as_secs_f64() * 1e3);
+        self.waits_ms.0.push(stopwatch.longest_wait_ms());
         let known_m = scene.best.as_ref().map(open_space::CoarsePath::length_m);
         let known_changes = scene.best.as_ref().map_or(0, open_space::CoarsePath::gear_changes);
         print!("{:<26} {:>7.2} {known_changes:>3} ", scene.name, known_m.unwrap_or(f64::NAN));

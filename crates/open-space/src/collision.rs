@@ -13,6 +13,7 @@ mod shape;
 use motion::{Point2, VehicleInfo};
 use thiserror::Error;
 
+use crate::interruption::Patience;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
 use crate::tolerance::{MAX_COORDINATE_M, SWEEP_BULGE_M, TOUCH_M};
@@ -105,6 +106,14 @@ impl CollisionChecker {
     /// # Errors
     /// Bounds or vertices that are not finite or absurdly far away, bounds without area, too many obstacles.
     pub fn new(problem: &Problem) -> Result<Self, ObstacleError> {
+        Self::while_wanted(problem, &mut || false)
+    }
+
+    /// The same, for a caller who may lose patience: from then on, where it has not looked there is no room.
+    pub(crate) fn while_wanted(
+        problem: &Problem,
+        patience: &mut dyn Patience,
+    ) -> Result<Self, ObstacleError> {
         let bounds = problem.bounds;
         let [x_min, x_max, y_min, y_max] = bounds;
         if !(bounds.iter().all(|b| b.abs() <= MAX_COORDINATE_M) && x_min < x_max && y_min < y_max) {
@@ -114,7 +123,7 @@ impl CollisionChecker {
         let footprint = Shape::hull(&rectangle.corners(), 0.0);
         // The middle of the footprint, about which obstacles are looked up, can be this far out of bounds.
         let margin_m = footprint.center().coords.norm();
-        let field = ObstacleField::new(bounds, margin_m, footprint.radius_m(), &problem.obstacles)?;
+        let field = ObstacleField::new(bounds, margin_m, footprint.radius_m(), &problem.obstacles, patience)?;
         Ok(Self { rectangle, footprint, bounds, field })
     }
 

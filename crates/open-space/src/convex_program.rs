@@ -6,6 +6,8 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
+use crate::interruption::{Watch, is_cancelled};
+
 /// Affine term: coefficients by variable, and a constant.
 pub(crate) type Affine<'a> = (&'a [(usize, f64)], f64);
 
@@ -98,11 +100,11 @@ impl ConvexProgram {
         }
     }
 
-    /// The best values of the variables; `None` when there are none (the constraints contradict each other) or the
-    /// solver did not get there.
+    /// The best values of the variables; `None` when there are none (the constraints contradict each other), the solver
+    /// did not get there, or `watch`, asked before each of its iterations, has cancelled it.
     ///
     /// Constraints hold to about 1e-8 of the largest number involved, at worst 1e-4: check what you rely on.
-    pub(crate) fn solve(self) -> Option<Vec<f64>> {
+    pub(crate) fn solve(self, watch: Option<Watch>) -> Option<Vec<f64>> {
         let variables = self.linear.len();
         let quadratic = self.quadratic.into_matrix(variables, variables);
         let constraints = self.constraints.into_matrix(self.constants.len(), variables);
@@ -123,6 +125,9 @@ impl ConvexProgram {
             settings,
         )
         .ok()?;
+        if let Some(watch) = watch {
+            solver.set_termination_callback(move |_: &_| is_cancelled(Some(&watch)));
+        }
         solver.solve();
         let solution = solver.solution;
         let solved = matches!(
@@ -166,7 +171,7 @@ mod tests {
         }
         program.zero((&[(0, 1.0), (1, -1.0)], 0.0));
         program.within(2, f64::NEG_INFINITY, 2.0);
-        let x = program.solve().unwrap();
+        let x = program.solve(None).unwrap();
         for (value, expected) in x.iter().zip([3.5, 3.5, 2.0]) {
             assert!((value - expected).abs() < 1e-6, "{x:?}");
         }
@@ -175,7 +180,7 @@ mod tests {
         program.add_linear(0, -1.0);
         program.add_linear(1, -1.0);
         program.length_within((&[], 2.0), (&[(0, 1.0)], 0.0), (&[(1, 1.0)], 0.0));
-        let x = program.solve().unwrap();
+        let x = program.solve(None).unwrap();
         assert!(x.iter().all(|value| (value - 2_f64.sqrt()).abs() < 1e-6), "{x:?}");
     }
 
@@ -186,8 +191,40 @@ mod tests {
         program.add_square(1.0, (&[(0, 1.0), (1, 1.0)], -2.0));
         program.add_square(1.0, (&[(1, -1.0), (0, 1.0)], 0.0));
         program.within(0, -10.0, 10.0);
-        let x = program.solve().unwrap();
+        let x = program.solve(None).unwrap();
         assert!(x.iter().all(|value| (value - 1.0).abs() < 1e-6), "{x:?}");
+    }
+
+    #[test]
+    fn a_solve_is_broken_off_between_its_iterations_and_else_not_touched() {
+        use std::sync::Arc;
+        use std::sync::atomic::{AtomicU32, Ordering};
+
+        use crate::interruption::Interruption;
+
+        let program = || {
+            let mut program = ConvexProgram::new(40);
+            for variable in 0..40 {
+                program.add_square(1.0 + variable as f64, (&[(variable, 1.0)], -3.0));
+                program.within(variable, -1.0, 2.0);
+            }
+            program
+        };
+        let interrupting = |from: u32, cause| {
+            let asked = Arc::new(AtomicU32::new(0));
+            let count = asked.clone();
+            let watch: Watch =
+                Arc::new(move || (count.fetch_add(1, Ordering::Relaxed) >= from).then_some(cause));
+            (program().solve(Some(watch)), asked.load(Ordering::Relaxed))
+        };
+        let undisturbed = program().solve(None);
+        let (watched, questions) = interrupting(u32::MAX, Interruption::Cancelled);
+        assert!(questions > 3 && watched.is_some());
+        assert_eq!(watched, undisturbed, "bit for bit");
+        for from in 0..questions {
+            assert_eq!(interrupting(from, Interruption::Cancelled), (None, from + 1));
+        }
+        assert_eq!(interrupting(0, Interruption::OutOfTime).0, undisturbed, "what is late is finished");
     }
 
     #[test]
@@ -195,6 +232,6 @@ mod tests {
         let mut program = ConvexProgram::new(1);
         program.add_square(1.0, (&[(0, 1.0)], 0.0));
         program.within(0, 2.0, 1.0);
-        assert_eq!(program.solve(), None);
+        assert_eq!(program.solve(None), None);
     }
 }

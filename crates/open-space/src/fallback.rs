@@ -306,6 +306,28 @@ mod tests {
     }
 
     #[test]
+    fn an_obstacle_is_between_its_poses_in_proportion_to_time() {
+        let at = |x: f64, y: f64, yaw: f64| PlanarPose::new(x, y, yaw);
+        let path = vec![(1.0, at(2.0, -3.0, 3.0)), (3.0, at(6.0, -4.0, -3.0)), (4.0, at(6.0, 0.0, -3.0))];
+        let obstacle = PredictedObstacle { length_m: 4.0, width_m: 2.0, path };
+        let half_turn = 0.25 * (std::f64::consts::TAU - 6.0);
+        for (time_s, pose) in [
+            (0.0, at(2.0, -3.0, 3.0)),
+            (1.0, at(2.0, -3.0, 3.0)),
+            (1.5, at(3.0, -3.25, 3.0 + half_turn)),
+            (3.0, at(6.0, -4.0, -3.0)),
+            (3.75, at(6.0, -1.0, -3.0)),
+            (9.0, at(6.0, 0.0, -3.0)),
+        ] {
+            let found = obstacle.pose_at(time_s).unwrap();
+            assert!(
+                found.distance_m(&pose) < 1e-12 && found.yaw_to(&pose).abs() < 1e-12,
+                "{time_s}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
     fn nothing_in_the_way() {
         let part = part(Gear::Forward, 0.0);
         let vehicle = driving(Gear::Forward, 1.0);

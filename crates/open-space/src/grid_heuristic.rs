@@ -10,9 +10,13 @@ use std::collections::BinaryHeap;
 use motion::Point2;
 
 use crate::collision::CollisionChecker;
+use crate::interruption::Patience;
 
 /// Lattice points beyond which the lattice is made coarser.
 const MAX_POINTS: usize = 1_000_000;
+
+/// Lattice points looked at between two questions whether to go on: a millisecond.
+const BETWEEN_QUESTIONS: usize = 10_000;
 
 /// Distances to one target.
 #[derive(Clone, Debug)]
@@ -49,8 +53,16 @@ impl Ord for OrderedDistance {
 impl GridHeuristic {
     /// Distances to `target` within the bounds of `checker`, over points that keep `radius_m` from its obstacles, on a
     /// lattice of `resolution_m` (positive) or a multiple where the bounds are immense.
+    ///
+    /// `patience` is asked now and then; once it ends what has no distance yet counts as out of reach.
     #[must_use]
-    pub fn new(checker: &CollisionChecker, target: Point2, resolution_m: f64, radius_m: f64) -> Self {
+    pub fn new(
+        checker: &CollisionChecker,
+        target: Point2,
+        resolution_m: f64,
+        radius_m: f64,
+        patience: &mut dyn Patience,
+    ) -> Self {
         let [x_min, x_max, y_min, y_max] = checker.bounds();
         let mut resolution_m = resolution_m;
         loop {
@@ -65,7 +77,7 @@ impl GridHeuristic {
             let (columns, rows) = ((left + right) as usize + 1, (below + above) as usize + 1);
             let distances_m = vec![f32::INFINITY; columns * rows];
             let mut grid = Self { low, resolution_m, columns, rows, distances_m };
-            grid.spread(checker, below as usize * columns + left as usize, radius_m);
+            grid.spread(checker, below as usize * columns + left as usize, radius_m, patience);
             return grid;
         }
     }
@@ -86,15 +98,32 @@ impl GridHeuristic {
     }
 
     /// Dijkstra from `target`.
-    fn spread(&mut self, checker: &CollisionChecker, target: usize, radius_m: f64) {
+    fn spread(
+        &mut self,
+        checker: &CollisionChecker,
+        target: usize,
+        radius_m: f64,
+        patience: &mut dyn Patience,
+    ) {
+        let mut steps = 0;
+        let mut ends = || {
+            steps += 1;
+            steps % BETWEEN_QUESTIONS == 0 && patience.ends()
+        };
         let blocked: Vec<bool> = (0..self.distances_m.len())
-            .map(|at| {
+            .map_while(|at| {
+                if ends() {
+                    return None;
+                }
                 let (row, column) = (at / self.columns, at % self.columns);
                 let x = self.low.x + column as f64 * self.resolution_m;
                 let y = self.low.y + row as f64 * self.resolution_m;
-                !checker.has_room(Point2::new(x, y), radius_m)
+                Some(!checker.has_room(Point2::new(x, y), radius_m))
             })
             .collect();
+        if blocked.len() < self.distances_m.len() {
+            return;
+        }
         let mut distances = vec![f64::INFINITY; self.distances_m.len()];
         let mut queue: BinaryHeap<Entry> = BinaryHeap::new();
         distances[target] = 0.0;
@@ -102,6 +131,9 @@ impl GridHeuristic {
         while let Some(Reverse((OrderedDistance(distance), at))) = queue.pop() {
             if distance > distances[at] {
                 continue;
+            }
+            if ends() {
+                break;
             }
             for (neighbour, step_m) in self.neighbours(at) {
                 let total = distance + step_m;
@@ -138,6 +170,10 @@ mod tests {
     use crate::pose::PlanarPose;
     use crate::problem::{Limits, Problem};
 
+    fn distances(checker: &CollisionChecker, target: Point2, radius_m: f64) -> GridHeuristic {
+        GridHeuristic::new(checker, target, 0.25, radius_m, &mut || false)
+    }
+
     fn checker(bounds: [f64; 4], obstacles: &[&[(f64, f64)]]) -> CollisionChecker {
         let line = |points: &&[(f64, f64)]| points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
         CollisionChecker::new(&Problem {
@@ -148,6 +184,7 @@ mod tests {
             start: PlanarPose::default(),
             start_speed_mps: 0.0,
             start_acceleration_mps2: 0.0,
+            start_curvature: None,
             goal: PlanarPose::default(),
         })
         .unwrap()
@@ -157,7 +194,7 @@ mod tests {
     fn without_obstacles_it_is_the_octile_distance_within_bounds() {
         let checker = checker([-3.0, 10.0, -4.0, 6.0], &[]);
         let target = Point2::new(1.3, 0.7);
-        let grid = GridHeuristic::new(&checker, target, 0.25, 0.5);
+        let grid = distances(&checker, target, 0.5);
         for (dx, dy) in [(0.0_f64, 0.0_f64), (4.0, 0.0), (-4.0, -2.0), (3.0, 5.0), (8.5, -4.5)] {
             let (long, short) = (dx.abs().max(dy.abs()), dx.abs().min(dy.abs()));
             let expected = long - short + short * std::f64::consts::SQRT_2;
@@ -175,7 +212,7 @@ mod tests {
     fn the_way_leads_round_a_wall() {
         // A wall from below up to y = 3: round its end, at half a metre.
         let checker = checker([-10.0, 10.0, -5.0, 6.0], &[&[(0.0, -9.0), (0.0, 3.0)]]);
-        let grid = GridHeuristic::new(&checker, Point2::new(4.0, 0.0), 0.25, 0.5);
+        let grid = distances(&checker, Point2::new(4.0, 0.0), 0.5);
         let way = grid.distance_m(Point2::new(-4.0, 0.0));
         assert!(way > 2.0 * 4.0_f64.hypot(3.5) - 0.5 && way < 12.5, "{way}");
         assert!((grid.distance_m(Point2::new(4.0, 3.0)) - 3.0).abs() < 1e-5);
@@ -185,15 +222,14 @@ mod tests {
     #[test]
     fn what_is_walled_off_is_infinitely_far() {
         let ring: &[(f64, f64)] = &[(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0), (-2.0, -2.0)];
-        let outside =
-            GridHeuristic::new(&checker([-9.0, 9.0, -9.0, 9.0], &[ring]), Point2::new(5.0, 5.0), 0.25, 0.5);
+        let outside = distances(&checker([-9.0, 9.0, -9.0, 9.0], &[ring]), Point2::new(5.0, 5.0), 0.5);
         assert!(outside.distance_m(Point2::new(-5.0, -5.0)).is_finite());
         assert!(outside.distance_m(Point2::origin()).is_infinite(), "inside a solid");
     }
 
     #[test]
     fn immense_bounds_give_a_coarse_lattice() {
-        let grid = GridHeuristic::new(&checker([-1e5, 1e5, -1e5, 1e5], &[]), Point2::origin(), 0.25, 0.5);
+        let grid = distances(&checker([-1e5, 1e5, -1e5, 1e5], &[]), Point2::origin(), 0.5);
         assert!(grid.distances_m.len() <= MAX_POINTS);
         assert!((grid.distance_m(Point2::new(5e4, 0.0)) - 5e4).abs() < grid.resolution_m);
     }
@@ -209,7 +245,7 @@ mod tests {
         ) {
             let lines: Vec<Vec<(f64, f64)>> = posts.iter().map(|&p| vec![p]).collect();
             let lines: Vec<&[(f64, f64)]> = lines.iter().map(Vec::as_slice).collect();
-            let grid = GridHeuristic::new(&checker([-7.0, 7.0, -6.5, 6.0], &lines), Point2::new(x, y), 0.25, 0.8);
+            let grid = distances(&checker([-7.0, 7.0, -6.5, 6.0], &lines), Point2::new(x, y), 0.8);
             let at = |k: usize| f64::from(grid.distances_m[k]);
             for k in 0..grid.distances_m.len() {
                 let best = grid.neighbours(k).map(|(n, step)| at(n) + step).fold(f64::INFINITY, f64::min);

@@ -21,6 +21,7 @@ use thiserror::Error;
 
 use crate::collision::{CollisionChecker, ObstacleError};
 use crate::grid_heuristic::GridHeuristic;
+use crate::interruption::Interruption;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
 use crate::provider::{OutOfRange, out_of_range};
@@ -33,15 +34,6 @@ use shortcut::Shortcuts;
 
 /// A path that keeps less room is taken when it is cheaper by this, m.
 const TIGHTER_WORTH_M: f64 = 1.0;
-
-/// Why the caller wants a search to end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interruption {
-    /// Nobody needs the path any more.
-    Cancelled,
-    /// It has taken too long.
-    OutOfTime,
-}
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -150,9 +142,15 @@ impl<'a> Search<'a> {
         check_end(checker, End::Start, problem.start)?;
         check_end(checker, End::Goal, problem.goal)?;
         let mut grid = |target: PlanarPose| {
-            go_on(interruption, 0)?;
             let (resolution_m, radius_m) = (parameters.grid_a_star_xy_resolution, parameters.node_radius);
-            Ok::<_, SearchError>(GridHeuristic::new(checker, target.point(), resolution_m, radius_m))
+            let mut ended = interruption();
+            let mut patience = || {
+                ended = ended.or_else(&mut *interruption);
+                ended.is_some()
+            };
+            let grid = GridHeuristic::new(checker, target.point(), resolution_m, radius_m, &mut patience);
+            go_on(&mut || ended, 0)?;
+            Ok::<_, SearchError>(grid)
         };
         let (to_goal, to_start) = (grid(problem.goal)?, grid(problem.start)?);
         Ok(Self { problem, checker, parameters, to_goal, to_start })

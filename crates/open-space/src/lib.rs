@@ -13,6 +13,7 @@ mod convex_program;
 pub mod fallback;
 pub mod grid_heuristic;
 pub mod hybrid_a_star;
+pub mod interruption;
 #[cfg(test)]
 mod manoeuvre;
 pub mod partition;
@@ -36,7 +37,8 @@ pub mod verification;
 pub use arc::Arc;
 pub use collision::{CollisionChecker, ObstacleError};
 pub use grid_heuristic::GridHeuristic;
-pub use hybrid_a_star::{CoarsePath, GearPart, Interruption, Search, SearchError, SearchParameters};
+pub use hybrid_a_star::{CoarsePath, GearPart, Search, SearchError, SearchParameters};
+pub use interruption::{Interruption, Patience, Watch, unwatched, watched_by};
 pub use path_profile::PathProfile;
 pub use planner::{OpenSpaceParameters, Plan, PlanError, Planner, Supervisor};
 pub use pose::{Gear, PlanarPose};

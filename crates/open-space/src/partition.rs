@@ -193,7 +193,7 @@ impl Partitioner {
     /// due. Careful: among those that lie ahead and are driven the way the vehicle is heading. Otherwise any near one.
     ///
     /// Within reach of the stop that ends the move time alone decides: the vehicle need not come any closer, and a move
-    /// may be shorter than that reach.
+    /// may be shorter than that reach. So it does where the vehicle stands beyond.
     fn place_on(&self, part: &Part, ego: &Ego, due_s: f64, careful: bool) -> Option<usize> {
         let points = &part.trajectory.points;
         let Move { from, stop } = due_move(points, due_s);
@@ -210,11 +210,16 @@ impl Partitioner {
         let overlaps: Vec<(usize, f64, f64)> =
             points.iter().enumerate().take(stop.first + 1).skip(from).filter_map(overlap).collect();
         let best = overlaps.iter().map(|&(_, ratio, _)| ratio).fold(f64::NEG_INFINITY, f64::max);
-        overlaps
+        let &(place, ..) = overlaps
             .iter()
             .filter(|&&(_, ratio, _)| ratio >= best - NEAR_EQUAL_OVERLAP)
-            .min_by(|a, b| (a.2 - due_s).abs().total_cmp(&(b.2 - due_s).abs()))
-            .map(|&(index, _, _)| index)
+            .min_by(|a, b| (a.2 - due_s).abs().total_cmp(&(b.2 - due_s).abs()))?;
+        // One that has rolled past a stop and stands will not come any closer to it.
+        let stands = ego.speed_mps.abs() < self.parameters.linear_velocity_threshold_on_ego;
+        if place == stop.first && stands {
+            return Some(due_point(points, due_s).clamp(stop.first, stop.last));
+        }
+        Some(place)
     }
 
     fn is_candidate(&self, pose: &PlanarPose, gear: Gear, ego: &Ego, careful: bool) -> bool {

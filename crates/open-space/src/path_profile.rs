@@ -36,8 +36,8 @@ impl PathProfile {
         Self { gear, step_m, poses, curvatures }
     }
 
-    /// The path from `start` to `end`, both met exactly, that passes close by `points`: evenly spaced (nearly), from the
-    /// position of `start` to that of `end`, at least three.
+    /// The path from `start` (with a curvature, or with any) to `end`, both met exactly, that passes close by `points`:
+    /// evenly spaced (nearly), from the position of `start` to that of `end`, at least three.
     ///
     /// Curvature is that of the points, changed as little as the ends demand and never beyond `max_curvature`. How
     /// close the path comes to the points depends on how well they go together with the ends: check it for collisions.
@@ -45,15 +45,18 @@ impl PathProfile {
     #[must_use]
     pub fn through(
         points: &[Point2],
-        start: PlanarPose,
+        (start, start_curvature): (PlanarPose, Option<f64>),
         end: PlanarPose,
         gear: Gear,
         max_curvature: f64,
     ) -> Option<Self> {
-        let (step_m, curvatures) = discrete_curvatures(points, gear)?;
+        let (step_m, mut curvatures) = discrete_curvatures(points, gear)?;
+        let mut held = vec![false; points.len()];
+        if let Some(curvature) = start_curvature {
+            (curvatures[0], held[0]) = (curvature, true);
+        }
         let curvatures = curvatures.into_iter().map(|k| k.clamp(-max_curvature, max_curvature)).collect();
         let mut path = Self::integrate(gear, start, step_m, curvatures);
-        let mut held = vec![false; points.len()];
         for _ in 0..CORRECTIONS {
             if path.take_end(&end) {
                 return Some(path);
@@ -290,7 +293,8 @@ mod tests {
         let mut end = path.poses()[39];
         end.x += 0.02;
         end.yaw -= 0.01;
-        let found = PathProfile::through(&points(&path), path.poses()[0], end, Gear::Reverse, 0.2).unwrap();
+        let found =
+            PathProfile::through(&points(&path), (path.poses()[0], None), end, Gear::Reverse, 0.2).unwrap();
         assert_eq!(*found.poses().last().unwrap(), end);
         assert!(drive(&found).distance_m(&end) < 1e-6);
         assert!(found.poses().iter().zip(path.poses()).all(|(a, b)| a.distance_m(b) < 0.03));
@@ -301,9 +305,12 @@ mod tests {
         let path =
             PathProfile::arc(Gear::Forward, PlanarPose::default(), 0.0, 2.0, PlanarPose::new(2.0, 0.0, 0.0));
         let sideways = PlanarPose::new(2.0, 1.5, 0.0);
-        assert_eq!(PathProfile::through(&points(&path), path.poses()[0], sideways, Gear::Forward, 0.2), None);
         assert_eq!(
-            PathProfile::through(&points(&path)[..1], path.poses()[0], sideways, Gear::Forward, 0.2),
+            PathProfile::through(&points(&path), (path.poses()[0], None), sideways, Gear::Forward, 0.2),
+            None
+        );
+        assert_eq!(
+            PathProfile::through(&points(&path)[..1], (path.poses()[0], None), sideways, Gear::Forward, 0.2),
             None
         );
     }
@@ -323,7 +330,7 @@ mod tests {
             let path = PathProfile::integrate(gear, PlanarPose::new(x, y, yaw), step, curvatures);
             let end = *path.poses().last().unwrap();
             prop_assert!(drive(&path).distance_m(&end) < 1e-5 * path.length_m());
-            let found = PathProfile::through(&points(&path), path.poses()[0], end, gear, 0.3).unwrap();
+            let found = PathProfile::through(&points(&path), (path.poses()[0], None), end, gear, 0.3).unwrap();
             prop_assert_eq!(*found.poses().last().unwrap(), end);
             for (a, b) in found.poses().iter().zip(path.poses()) {
                 prop_assert!(a.distance_m(b) < 2e-3 && (a.yaw - b.yaw).abs() < 4e-3, "{a:?} {b:?}");

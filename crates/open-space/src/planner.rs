@@ -8,6 +8,7 @@
 //! The same problem, parameters and answers of the supervisor give the same plan, bit for bit.
 
 mod draft;
+mod lead_in;
 mod parameters;
 mod provided;
 mod runs;
@@ -15,13 +16,15 @@ mod runs;
 use thiserror::Error;
 
 use crate::collision::{CollisionChecker, ObstacleError};
-use crate::hybrid_a_star::{CoarsePath, Interruption, Search, SearchError};
+use crate::hybrid_a_star::{CoarsePath, Search, SearchError};
+use crate::interruption::{Interruption, Patience, Watch};
 use crate::problem::{Limits, Problem};
 use crate::smoother::SmoothingError;
 use crate::speed::SpeedError;
 use crate::trajectory::Trajectory;
 use crate::verification::{Measures, Violation};
 use draft::Draft;
+use lead_in::LeadIn;
 pub use parameters::{LimitParameters, OpenSpaceParameters};
 use runs::Timing;
 
@@ -44,6 +47,11 @@ pub enum Step {
 pub trait Supervisor {
     /// Asked often, also between the solves. Out of time, the planner returns the best it has; cancelled, it gives up.
     fn interruption(&mut self) -> Option<Interruption>;
+
+    /// What a solve asks while it runs, whether it is still needed; without one it runs to its end.
+    fn watch(&self) -> Option<Watch> {
+        None
+    }
 
     /// Told when a step begins.
     fn begin(&mut self, _step: Step) {}
@@ -132,6 +140,16 @@ pub enum PlanError {
     /// The caller needs no plan any more.
     #[error("planning was cancelled")]
     Cancelled,
+    /// A rolling vehicle that cannot stop before something in its way, as its wheels stand.
+    #[error(
+        "the vehicle rolls at {speed_mps:.3} m/s, and the {length_m:.2} m that it needs to stop as its wheels stand are not free; stop first"
+    )]
+    BlockedAhead {
+        /// Along the heading.
+        speed_mps: f64,
+        /// Needed, m.
+        length_m: f64,
+    },
     /// The vehicle rolls one way and the path begins the other way.
     #[error("the vehicle rolls at {speed_mps:.3} m/s, but the path begins in the other gear; stop first")]
     RollingAgainstGear {
@@ -168,11 +186,30 @@ impl Planner {
     pub fn plan(&self, problem: &Problem, supervisor: &mut dyn Supervisor) -> Result<Plan, PlanError> {
         check_input(problem)?;
         supervisor.begin(Step::Heuristic);
-        let checker = CollisionChecker::new(problem)?;
-        let search =
-            Search::prepare(problem, &checker, &self.parameters.search, &mut || supervisor.interruption())?;
+        let mut ended = None;
+        let mut patience = || {
+            ended = ended.or_else(|| supervisor.interruption());
+            ended.is_some()
+        };
+        let checker = CollisionChecker::while_wanted(problem, &mut patience)?;
+        let lead_in = LeadIn::of(problem);
+        if let Some(blocked) = lead_in.filter(|lead_in| !lead_in.is_free(&checker, 0.0)) {
+            let speed_mps = problem.start_speed_mps;
+            return Err(PlanError::BlockedAhead { speed_mps, length_m: blocked.length_m() });
+        }
+        let ahead = lead_in.map(|lead_in| Problem { start: lead_in.end, ..problem.clone() });
+        let mut interruption = || ended.or_else(|| supervisor.interruption());
+        let search = Search::prepare(
+            ahead.as_ref().unwrap_or(problem),
+            &checker,
+            &self.parameters.search,
+            &mut interruption,
+        )?;
         supervisor.begin(Step::Search);
-        let coarse = search.run(&mut || supervisor.interruption())?;
+        let mut coarse = search.run(&mut || supervisor.interruption())?;
+        if let Some(lead_in) = lead_in {
+            coarse = lead_in.before(coarse, &checker, self.parameters.search.pose_spacing);
+        }
         self.refine(problem, &checker, &coarse, supervisor)
     }
 
@@ -188,19 +225,24 @@ impl Planner {
         supervisor: &mut dyn Supervisor,
     ) -> Result<Plan, PlanError> {
         check_input(problem)?;
-        let mut patience = Patience { supervisor, is_cancelled: false };
+        let mut patience = Refining { supervisor, is_cancelled: false };
         let mut draft = Draft::new(problem, checker, &self.parameters, coarse);
         patience.supervisor.begin(Step::Smoothing);
-        let smoothed = draft.smooth(&mut || patience.ends());
+        let smoothed = draft.smooth(&mut patience);
         patience.supervisor.begin(Step::Speed);
-        let timed = if smoothed { draft.runs(Timing::Planned, &mut || patience.ends())? } else { None };
+        let timed = if smoothed { draft.runs(Timing::Planned, &mut patience) } else { Ok(None) };
+        if timed.is_err() {
+            // It may have failed of a solve that was broken off.
+            patience.ends();
+        }
         if patience.is_cancelled {
             return Err(PlanError::Cancelled);
         }
         let (runs, stage) = match (timed, smoothed) {
-            (Some(runs), _) => (Some(runs), Stage::Timed),
-            (None, true) => (draft.runs(Timing::Quick, &mut || false)?, Stage::Smoothed),
-            (None, false) => (None, Stage::Search),
+            (Ok(Some(runs)), _) => (Some(runs), Stage::Timed),
+            (Ok(None), true) => (draft.runs(Timing::Quick, &mut || false).ok().flatten(), Stage::Smoothed),
+            // A rolling vehicle is too fast for the smooth path: its wheels would have to turn faster than they can.
+            (Ok(None), false) | (Err(_), _) => (None, Stage::Search),
         };
         patience.supervisor.begin(Step::Check);
         let held_back = match runs.map(|runs| draft.plan(&runs, stage)) {
@@ -225,17 +267,20 @@ impl From<SearchError> for PlanError {
 }
 
 /// A supervisor while a path is refined, and whether it has cancelled.
-struct Patience<'a> {
+struct Refining<'a> {
     supervisor: &'a mut dyn Supervisor,
     is_cancelled: bool,
 }
 
-impl Patience<'_> {
-    /// Whether to make do with what there is.
+impl Patience for Refining<'_> {
     fn ends(&mut self) -> bool {
         let interruption = self.supervisor.interruption();
         self.is_cancelled |= interruption == Some(Interruption::Cancelled);
         interruption.is_some()
+    }
+
+    fn watch(&self) -> Option<Watch> {
+        self.supervisor.watch()
     }
 }
 
@@ -248,6 +293,7 @@ fn check_input(problem: &Problem) -> Result<(), PlanError> {
         ("start.yaw", start.yaw),
         ("start.v", problem.start_speed_mps),
         ("start.a", problem.start_acceleration_mps2),
+        ("start.curvature", problem.start_curvature.unwrap_or_default()),
         ("goal.x", goal.x),
         ("goal.y", goal.y),
         ("goal.yaw", goal.yaw),

@@ -22,6 +22,9 @@ pub struct Problem {
     pub start_speed_mps: f64,
     /// Acceleration at the start, m/s².
     pub start_acceleration_mps2: f64,
+    /// Curvature that the front wheels are turned to at the start, 1/m, to the left; `None` where that is not known. Only
+    /// a vehicle that rolls must go on with it: at rest the wheels turn on the spot.
+    pub start_curvature: Option<f64>,
     /// Where it shall come to rest.
     pub goal: PlanarPose,
 }

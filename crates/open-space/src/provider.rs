@@ -365,11 +365,13 @@ impl Memory {
         }
     }
 
-    /// Whether the vehicle has arrived: both limits strict, whatever its speed.
+    /// Whether the vehicle has arrived: near the goal, strictly, and as good as at rest. One that rolls past its goal to
+    /// come back to it has not.
     fn near_destination(&self, frame: &Frame<'_>) -> bool {
         let (p, goal, vehicle) = (&self.parameters, frame.region.goal_in_map(), frame.vehicle.pose);
         vehicle.distance_m(&goal) < p.is_near_destination_threshold
             && vehicle.yaw_to(&goal).abs() < p.is_near_destination_theta_threshold
+            && frame.vehicle.speed_mps.abs() <= p.is_near_destination_speed_threshold
     }
 }
 

@@ -14,6 +14,7 @@ use thiserror::Error;
 
 use crate::collision::CollisionChecker;
 use crate::hybrid_a_star::GearPart;
+use crate::interruption::Patience;
 use crate::path_profile::PathProfile;
 use crate::pose::PlanarPose;
 use crate::verification::motion_is_free;
@@ -79,19 +80,30 @@ const SHORTEST_PART_M: f64 = 0.05;
 /// Neighbours on either side whose bounds shrink along with those of a colliding point.
 const NEIGHBOURS: usize = 3;
 
-/// Smooths `part`, which keeps `inflation_m` from every obstacle, for a vehicle that can drive `max_curvature`.
+/// A part of a coarse path, and who drives it.
+#[derive(Clone, Copy, Debug)]
+pub struct PartToSmooth<'a> {
+    /// The part.
+    pub part: &'a GearPart,
+    /// Distance that it keeps from every obstacle, m.
+    pub inflation_m: f64,
+    /// Curvature that the smooth path begins with, 1/m; `None` where the wheels turn before it begins.
+    pub start_curvature: Option<f64>,
+    /// What the vehicle can drive, 1/m.
+    pub max_curvature: f64,
+}
+
+/// Smooths a part.
 ///
-/// `stop` is asked before each pass.
+/// `patience` is asked before each pass.
 ///
 /// # Errors
 /// Every reason for which there is no smooth path that is free of collisions; the coarse one is still good then.
 pub fn smooth_part(
-    part: &GearPart,
-    inflation_m: f64,
-    max_curvature: f64,
+    &PartToSmooth { part, inflation_m, start_curvature, max_curvature }: &PartToSmooth<'_>,
     checker: &CollisionChecker,
     parameters: &SmootherParameters,
-    stop: &mut dyn FnMut() -> bool,
+    patience: &mut dyn Patience,
 ) -> Result<SmoothedPart, SmoothingError> {
     let length_m = part.length_m();
     let (Some(start), Some(end)) = (part.poses.first(), part.poses.last()) else {
@@ -108,7 +120,7 @@ pub fn smooth_part(
     let mut collision_m = 0.0;
     let max_passes = parameters.max_passes as usize;
     for pass in 1..=max_passes {
-        if stop() {
+        if patience.ends() {
             return Err(SmoothingError::Stopped { passes: pass - 1 });
         }
         let points = AnchoredPoints {
@@ -116,15 +128,16 @@ pub fn smooth_part(
             bounds_m: &bounds.bounds_m,
             spacing_m,
             headings: Some([start.yaw, end.yaw].map(|yaw| Vector2::new(yaw.cos(), yaw.sin()))),
+            start_curvature,
             curvature_limit: Some(
                 (parameters.curvature_ratio * max_curvature).max(sharpest).min(max_curvature),
             ),
             weights: parameters,
         }
-        .solve();
-        let path = points
-            .as_ref()
-            .and_then(|points| PathProfile::through(points, *start, *end, part.gear, max_curvature));
+        .solve(patience.watch());
+        let path = points.as_ref().and_then(|points| {
+            PathProfile::through(points, (*start, start_curvature), *end, part.gear, max_curvature)
+        });
         let (Some(points), Some(path)) = (points, path) else {
             return Err(SmoothingError::NoPath { pass });
         };

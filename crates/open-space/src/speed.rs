@@ -17,6 +17,7 @@ pub use cap::SpeedCap;
 pub use parameters::SpeedParameters;
 pub(crate) use s_curve::rest_to_rest;
 
+use crate::interruption::Patience;
 use crate::tolerance::PROFILE_END;
 use rounds::Rounds;
 
@@ -208,7 +209,7 @@ impl SpeedProfile {
 const EXCESS_STEP_S: f64 = 0.01;
 
 /// Fastest comfortable motion along the path that `cap` is for, from `start` (at the path's start, moving along it or
-/// standing) to rest at its end. `stop` is asked before each program but the first that a rolling start needs: the best
+/// standing) to rest at its end. `patience` is asked before each program but the first that a rolling start needs: the best
 /// there is then is the answer.
 ///
 /// # Errors
@@ -218,7 +219,7 @@ pub fn plan_speed(
     start: SpeedState,
     limits: &SpeedLimits,
     parameters: &SpeedParameters,
-    stop: &mut dyn FnMut() -> bool,
+    patience: &mut dyn Patience,
 ) -> Result<SpeedProfile, SpeedError> {
     let allowed_mps = cap.at(0.0).min(limits.max_speed_mps);
     if start.speed_mps > allowed_mps {
@@ -227,7 +228,7 @@ pub fn plan_speed(
     if start.speed_mps == 0.0 && cap.is_uniform() {
         return Ok(rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: allowed_mps, ..*limits }));
     }
-    Rounds::new(cap, start, limits, parameters).run(stop)
+    Rounds::new(cap, start, limits, parameters).run(patience)
 }
 
 #[cfg(test)]

@@ -216,6 +216,11 @@ fn check_ends(
     if !(distance_m <= END_M && heading_rad <= END_RAD && speed_mps <= END_M) {
         return Err(Violation::Start { distance_m, heading_rad, speed_mps });
     }
+    if let Some(curvature) = problem.start_curvature.filter(|_| problem.start_speed_mps != 0.0) {
+        let limit = problem.vehicle.max_curvature();
+        let steer = |curvature| problem.vehicle.steering_angle_from_curvature(curvature);
+        agrees(0, Quantity::Steering, first.steer_rad - steer(curvature.clamp(-limit, limit)))?;
+    }
     let (distance_m, heading_rad) = miss(&last.pose, &problem.goal);
     let speed_mps = last.speed_mps;
     if !(distance_m <= END_M && heading_rad <= END_RAD && speed_mps == 0.0) {

@@ -4,6 +4,7 @@ use motion::Point2;
 use motion::geometry::{Segment, polygon_contains};
 
 use super::ObstacleError;
+use crate::interruption::Patience;
 use crate::tolerance::MAX_COORDINATE_M;
 
 /// More segments than this are refused.
@@ -18,6 +19,8 @@ const MAX_CELLS: usize = 1_000_000;
 const BUCKET_M: f64 = 1.0;
 /// Side of a cell of the field, m.
 const CELL_M: f64 = 0.1;
+/// Cells and distances to segments looked at between two questions whether to go on: a millisecond.
+const BETWEEN_QUESTIONS: usize = 200_000;
 /// How much further than the footprint's radius a bucket looks: room for a sweep and its inflation, m.
 const EXTRA_REACH_M: f64 = 0.7;
 
@@ -98,12 +101,14 @@ pub(super) struct ObstacleField {
 }
 
 impl ObstacleField {
-    /// Takes in `obstacles` for footprints whose middle is within `margin_m` of `bounds`.
+    /// Takes in `obstacles` for footprints whose middle is within `margin_m` of `bounds`. Once `patience` ends, there is
+    /// no room in what has not been looked at.
     pub(super) fn new(
         bounds: [f64; 4],
         margin_m: f64,
         radius_m: f64,
         obstacles: &[Vec<Point2>],
+        patience: &mut dyn Patience,
     ) -> Result<Self, ObstacleError> {
         check(obstacles)?;
         let (mut segments, mut solids) = (Vec::new(), Vec::new());
@@ -128,7 +133,7 @@ impl ObstacleField {
         let all = (0..segments.len() as u32).collect();
         let mut field =
             Self { segments, solids, all, buckets, begins, entries, reach_m, cells, room_m: Vec::new() };
-        field.room_m = field.measure();
+        field.room_m = field.measure(patience);
         Ok(field)
     }
 
@@ -171,13 +176,22 @@ impl ObstacleField {
     }
 
     /// The room in every cell.
-    fn measure(&self) -> Vec<f32> {
+    fn measure(&self, patience: &mut dyn Patience) -> Vec<f32> {
         let half_diagonal = self.cells.half_diagonal_m();
         let mut room_m = Vec::with_capacity(self.cells.len());
+        let mut looked = 0;
         for row in 0..self.cells.rows {
             for column in 0..self.cells.columns {
+                if looked > BETWEEN_QUESTIONS {
+                    looked = 0;
+                    if patience.ends() {
+                        room_m.resize(self.cells.len(), 0.0);
+                        return room_m;
+                    }
+                }
                 let center = self.cells.center(column, row);
                 let near = self.near(center, self.reach_m);
+                looked += 1 + near.len();
                 let squared = near.iter().fold(f64::INFINITY, |best, &id| {
                     best.min(self.segment(id).squared_distance_to_point(center))
                 });

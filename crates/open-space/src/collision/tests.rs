@@ -15,6 +15,7 @@ fn problem(bounds: [f64; 4], obstacles: Vec<Vec<Point2>>) -> Problem {
         start: PlanarPose::default(),
         start_speed_mps: 0.0,
         start_acceleration_mps2: 0.0,
+        start_curvature: None,
         goal: PlanarPose::default(),
     }
 }

@@ -135,3 +135,70 @@ impl Motion {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use motion::VehicleInfo;
+
+    use super::*;
+    use crate::problem::{Limits, Problem};
+    use crate::reeds_shepp::Words;
+
+    /// An open field.
+    fn checker(bounds: [f64; 4]) -> CollisionChecker {
+        CollisionChecker::new(&Problem {
+            vehicle: VehicleInfo::default(),
+            limits: Limits::default(),
+            bounds,
+            obstacles: Vec::new(),
+            start: PlanarPose::default(),
+            start_speed_mps: 0.0,
+            start_acceleration_mps2: 0.0,
+            start_curvature: None,
+            goal: PlanarPose::default(),
+        })
+        .unwrap()
+    }
+
+    /// A half circle of 8 m radius to the left reaches x = 8 m half way; both its ends are at x = 0.
+    #[test]
+    fn an_arc_whose_ends_are_within_bounds_is_not_free_where_it_swings_out_of_them() {
+        let (start, end) = (PlanarPose::default(), PlanarPose::new(0.0, 16.0, PI));
+        let words = Words::between(&start, &end, 1.0 / 8.0);
+        let word = *words.as_slice().iter().min_by(|a, b| a.length_m().total_cmp(&b.length_m())).unwrap();
+        assert!((word.length_m() - 8.0 * PI).abs() < 1e-6, "the half circle");
+        for (x_max, is_free) in [(8.1, true), (7.9, false)] {
+            assert_eq!(word_is_free(&checker([-20.0, x_max, -20.0, 20.0]), &start, &word, 0.0), is_free);
+            // The other way round, and mirrored.
+            let mirrored = checker([-x_max, 20.0, -20.0, 20.0]);
+            let back = Arc::new(-1.0 / 8.0, -8.0 * PI);
+            assert_eq!(
+                SweptArc::new(&mirrored, back).is_free(&mirrored, &Placement::new(&start), 0.0),
+                is_free
+            );
+        }
+    }
+
+    /// A single piece whose ends are within bounds and whose middle, a millimetre further out, is not.
+    #[test]
+    fn the_middle_and_the_end_of_a_piece_count() {
+        let arc = Arc::new(0.2, PIECE_M);
+        // Its middle is where it is furthest along x.
+        let from = Arc::new(0.2, -PIECE_M / 2.0).end(&PlanarPose::new(0.0, 0.0, PI / 2.0));
+        let is_free = |x_max: f64| {
+            let checker = checker([-20.0, x_max, -20.0, 20.0]);
+            assert!(checker.holds(from.point()) && checker.holds(arc.end(&from).point()));
+            SweptArc::new(&checker, arc).is_free(&checker, &Placement::new(&from), 0.0)
+        };
+        assert!(is_free(1e-4) && !is_free(-1e-4));
+        // A straight piece whose middle is within bounds and whose end is not.
+        let straight = |x_max: f64| {
+            let checker = checker([-20.0, x_max, -20.0, 20.0]);
+            let arc = SweptArc::new(&checker, Arc::new(0.0, 0.2));
+            arc.is_free(&checker, &Placement::new(&PlanarPose::default()), 0.0)
+        };
+        assert!(straight(0.21) && !straight(0.19));
+    }
+}

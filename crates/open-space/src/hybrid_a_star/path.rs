@@ -31,6 +31,26 @@ impl CoarsePath {
     }
 }
 
+impl CoarsePath {
+    /// The path that drives `arc` from `start` first, to where this one begins, with poses at most `spacing_m` apart.
+    pub(crate) fn led_in_by(mut self, start: &PlanarPose, arc: Arc, spacing_m: f64) -> Self {
+        let begin = arc.end(start);
+        for mut lead in parts(start, &begin, &[arc], spacing_m) {
+            self.cost_m += lead.length_m();
+            match self.parts.first_mut() {
+                Some(first) if first.gear == lead.gear => {
+                    lead.poses.pop();
+                    lead.poses.append(&mut first.poses);
+                    lead.arcs.append(&mut first.arcs);
+                    *first = lead;
+                }
+                _ => self.parts.insert(0, lead),
+            }
+        }
+        self
+    }
+}
+
 /// The longest piece of a path in one gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GearPart {

@@ -1,10 +1,11 @@
 //! Several searches of one problem that take turns until one has a path.
 
 use super::attempt::{Attempt, Costs, Plan, Progress};
-use super::{Interruption, SearchError, SearchParameters, go_on};
+use super::{SearchError, SearchParameters, go_on};
 use crate::arc::Arc;
 use crate::collision::CollisionChecker;
 use crate::grid_heuristic::GridHeuristic;
+use crate::interruption::Interruption;
 use crate::problem::Problem;
 
 /// The first level is the plain lattice; the next ones look for contact as well, each twice as fine as the one before.

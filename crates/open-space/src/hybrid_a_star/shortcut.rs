@@ -4,13 +4,13 @@
 //! The lattice of the search turns at its own steps; here the choice is over all pairs of poses along the path at
 //! once, by dynamic programming, so the result is never dearer than the path was.
 
-use super::Interruption;
 use super::attempt::Costs;
 use super::motion_check::word_is_free;
 use super::path::merged;
 use super::portfolio::Found;
 use crate::arc::Arc;
 use crate::collision::CollisionChecker;
+use crate::interruption::Interruption;
 use crate::pose::{Gear, PlanarPose};
 use crate::reeds_shepp::Words;
 

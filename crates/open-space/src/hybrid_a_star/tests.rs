@@ -29,6 +29,7 @@ fn problem(bounds: [f64; 4], obstacles: &[&[(f64, f64)]], start: PlanarPose, goa
         start,
         start_speed_mps: 0.0,
         start_acceleration_mps2: 0.0,
+        start_curvature: None,
         goal,
     }
 }
@@ -166,6 +167,37 @@ fn a_goal_behind_walls_is_given_up() {
         matches!(error, SearchError::OutOfExpansions { expansions: 60 } | SearchError::Exhausted { .. }),
         "{error}"
     );
+}
+
+#[test]
+fn the_budget_of_expansions_is_kept_to_the_node() {
+    let tight = scenes::scene(scenes::SceneKind::UTurn, 0.9, 5, 0).problem;
+    for max_expansions in [1, 60, 137, 500] {
+        let few = SearchParameters { max_expansions, ..SearchParameters::default() };
+        let expansions = max_expansions as usize;
+        assert_eq!(run(&tight, &few), Err(SearchError::OutOfExpansions { expansions }));
+    }
+}
+
+#[test]
+fn paths_stay_within_bounds_even_where_nothing_else_is_in_the_way() {
+    // Half turns in open fields that are narrower than the turning circle.
+    let mut swung_out = 0;
+    for y in [1.0, 2.0, 3.0, 3.8] {
+        let (start, goal) = (PlanarPose::new(0.0, 0.0, 0.0), PlanarPose::new(0.0, y, std::f64::consts::PI));
+        let [x_min, x_max, y_min, y_max] = [-12.0, 12.0, -1.0, 4.0];
+        let path =
+            run(&problem([x_min, x_max, y_min, y_max], &[], start, goal), &SearchParameters::default())
+                .unwrap();
+        let inside =
+            |pose: &PlanarPose| (x_min..=x_max).contains(&pose.x) && (y_min..=y_max).contains(&pose.y);
+        for pose in path.parts.iter().flat_map(|part| &part.poses) {
+            assert!(inside(pose), "{pose:?}");
+        }
+        let free = run(&problem([-50.0, 50.0, -50.0, 50.0], &[], start, goal), &SearchParameters::default());
+        swung_out += usize::from(!free.unwrap().parts.iter().flat_map(|part| &part.poses).all(inside));
+    }
+    assert!(swung_out > 0, "without the bounds some go further out");
 }
 
 #[test]

@@ -312,7 +312,6 @@ fn at_the_end_of_the_last_part_it_stays_there() {
     }
 }
 
-/// Taken up once: a vehicle that still stands at the cusp keeps time on the next part instead of starting over.
 /// Two metres ahead, two seconds at rest there to turn the wheels, and two metres on.
 fn with_a_stop() -> DiscretizedTrajectory {
     let mut points = motion(PlanarPose::default(), Gear::Forward, 0.0, 2.0, 0.0);
@@ -398,6 +397,7 @@ fn the_last_part_is_driven_to_its_end() {
     assert_eq!(partitioner.follow(&plan, end_s, &vehicle).unwrap().place, last);
 }
 
+/// Taken up once: a vehicle that still stands at the cusp keeps time on the next part instead of starting over.
 #[test]
 fn a_part_is_not_taken_up_twice() {
     let plan = three_parts();
@@ -413,8 +413,6 @@ fn a_part_is_not_taken_up_twice() {
     }
 }
 
-/// Forward, back and forward again over the same ground: the third part is not taken up before the second is done, and
-/// the first never again.
 /// Straight to an end, and then by a new plan that takes a run-up to the same end.
 #[test]
 fn a_new_plan_to_the_same_end_is_driven_from_its_beginning() {
@@ -433,6 +431,8 @@ fn a_new_plan_to_the_same_end_is_driven_from_its_beginning() {
     assert_eq!((followed.part_index, followed.part.gear), (0, Gear::Reverse));
 }
 
+/// Forward, back and forward again over the same ground: the third part is not taken up before the second is done, and
+/// the first never again.
 #[test]
 fn parts_are_followed_in_their_order() {
     let plan = plan_of(&[(Gear::Forward, 0.0, 4.0), (Gear::Reverse, 0.0, 4.0), (Gear::Forward, 0.0, 4.2)]);
@@ -465,6 +465,23 @@ fn a_new_plan_is_matched_by_place() {
     let followed = partitioner.follow(&other, 0.0, &vehicle).unwrap();
     assert_eq!(followed.part_index, 0);
     assert!((pose_of(&followed_point(&followed)).x - 2.0).abs() < 0.25);
+}
+
+/// The second part is being driven when a new plan comes in that still begins with the first one, over the same ground,
+/// and goes on by another: the first is left behind for good.
+#[test]
+fn a_part_that_was_left_behind_is_not_taken_up_again() {
+    let plan = plan_of(&[(Gear::Forward, 0.0, 4.0), (Gear::Reverse, 0.0, 4.0)]);
+    let mut partitioner = underway(&plan);
+    let cusp = gear_parts(&plan).unwrap()[1].first;
+    let standing = at(pose_of(&plan.points[cusp]), Gear::Reverse, 0.0);
+    let cusp_s = plan.points[cusp].relative_time_s;
+    assert_eq!(partitioner.follow(&plan, cusp_s, &standing).unwrap().part_index, 1);
+    let other = plan_of(&[(Gear::Forward, 0.0, 4.0), (Gear::Reverse, 0.02, 4.0)]);
+    // Just where the first part would have it, too.
+    let vehicle = at(PlanarPose::new(2.0, 0.0, 0.0), Gear::Forward, 0.0);
+    let followed = partitioner.follow(&other, 2.0, &vehicle).unwrap();
+    assert_eq!((followed.part_index, followed.part.gear), (1, Gear::Reverse));
 }
 
 /// Ready to reverse before the vehicle has gone forward: the part that goes back over the same place has to wait.

@@ -5,10 +5,11 @@ use super::{OpenSpaceParameters, PartFallback, Plan, PlanError, Stage};
 use crate::arc::Arc;
 use crate::collision::CollisionChecker;
 use crate::hybrid_a_star::{CoarsePath, GearPart};
+use crate::interruption::Patience;
 use crate::path_profile::PathProfile;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
-use crate::smoother::{SmoothingError, smooth_part};
+use crate::smoother::{PartToSmooth, SmoothingError, smooth_part};
 use crate::speed::{SpeedError, SpeedState};
 use crate::verification::{Violation, verify};
 
@@ -41,14 +42,14 @@ impl<'a> Draft<'a> {
     }
 
     /// Smooths every part; false when stopped before the last one was done.
-    pub(super) fn smooth(&mut self, stop: &mut dyn FnMut() -> bool) -> bool {
+    pub(super) fn smooth(&mut self, patience: &mut dyn Patience) -> bool {
         for (index, part) in self.coarse.parts.iter().enumerate() {
-            if stop() {
+            if patience.ends() {
                 return false;
             }
             let max_passes = self.passes + PASSES_WITH_PIECES * self.parameters.smoother.max_passes as usize;
             let mut reason = None;
-            let paths = self.smooth_piece(part, max_passes, &mut reason, stop);
+            let paths = self.smooth_piece(part, max_passes, &mut reason, patience);
             let stops = paths.len().saturating_sub(1);
             self.paths[index] = paths;
             match reason {
@@ -67,7 +68,7 @@ impl<'a> Draft<'a> {
         piece: &GearPart,
         max_passes: usize,
         reason: &mut Option<SmoothingError>,
-        stop: &mut dyn FnMut() -> bool,
+        patience: &mut dyn Patience,
     ) -> Vec<PathProfile> {
         let arcs = arcs_of(piece);
         if arcs.len() < 2 || self.passes >= max_passes {
@@ -75,7 +76,11 @@ impl<'a> Draft<'a> {
         }
         let (parameters, inflation_m) = (&self.parameters.smoother, self.coarse.inflation_m);
         let max_curvature = self.problem.vehicle.max_curvature();
-        match smooth_part(piece, inflation_m, max_curvature, self.checker, parameters, stop) {
+        // Only the first piece begins with the wheels of a rolling vehicle.
+        let begins = piece.poses.first() == Some(&self.problem.start) && self.problem.start_speed_mps != 0.0;
+        let start_curvature = self.problem.start_curvature.filter(|_| begins);
+        let piece_of = PartToSmooth { part: piece, inflation_m, start_curvature, max_curvature };
+        match smooth_part(&piece_of, self.checker, parameters, patience) {
             Ok(smoothed) => {
                 self.passes += smoothed.passes;
                 vec![smoothed.path]
@@ -84,8 +89,8 @@ impl<'a> Draft<'a> {
                 self.passes += error.passes();
                 *reason = Some(error);
                 let (first, second) = cut(piece);
-                let mut paths = self.smooth_piece(&first, max_passes, reason, stop);
-                paths.extend(self.smooth_piece(&second, max_passes, reason, stop));
+                let mut paths = self.smooth_piece(&first, max_passes, reason, patience);
+                paths.extend(self.smooth_piece(&second, max_passes, reason, patience));
                 paths
             }
         }
@@ -95,7 +100,7 @@ impl<'a> Draft<'a> {
     pub(super) fn runs(
         &self,
         timing: Timing,
-        stop: &mut dyn FnMut() -> bool,
+        patience: &mut dyn Patience,
     ) -> Result<Option<Vec<Run>>, PlanError> {
         let mut runs = Vec::new();
         let speed_mps = self.problem.start_speed_mps;
@@ -103,13 +108,13 @@ impl<'a> Draft<'a> {
             return Err(SpeedError::CannotStop { speed_mps: speed_mps.abs(), length_m: 0.0 }.into());
         }
         for path in self.paths.iter().flatten() {
-            if stop() {
+            if patience.ends() {
                 return Ok(None);
             }
             let start = if runs.is_empty() { self.start_along(path)? } else { SpeedState::default() };
-            runs.push(Run::new(path.clone(), start, self.problem, &self.parameters.speed, timing, stop)?);
+            runs.push(Run::new(path.clone(), start, self.problem, &self.parameters.speed, timing, patience)?);
         }
-        if stop() {
+        if patience.ends() {
             return Ok(None);
         }
         Ok(Some(runs))

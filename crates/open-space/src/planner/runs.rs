@@ -3,6 +3,7 @@
 use motion::VehicleInfo;
 
 use crate::hybrid_a_star::GearPart;
+use crate::interruption::Patience;
 use crate::path_profile::PathProfile;
 use crate::pose::{Gear, PlanarPose};
 use crate::problem::{Limits, Problem};
@@ -49,7 +50,7 @@ impl Run {
         problem: &Problem,
         parameters: &SpeedParameters,
         timing: Timing,
-        stop: &mut dyn FnMut() -> bool,
+        patience: &mut dyn Patience,
     ) -> Result<Self, SpeedError> {
         let limits = limits_in(path.gear(), &problem.limits);
         let steer_rate_rps = STEER_RATE_ROOM * problem.limits.max_steer_rate_rps;
@@ -58,7 +59,7 @@ impl Run {
         let profile = if timing == Timing::Quick && start.speed_mps == 0.0 {
             rest_to_rest(cap.length_m(), &SpeedLimits { max_speed_mps: cap.lowest_mps(), ..limits })
         } else {
-            plan_speed(&cap, start, &limits, parameters, stop)?
+            plan_speed(&cap, start, &limits, parameters, patience)?
         };
         Ok(Self { path, profile })
     }

@@ -6,6 +6,7 @@ use motion::{Point2, VehicleInfo};
 use proptest::prelude::*;
 
 use super::*;
+use crate::interruption;
 use crate::manoeuvre::manoeuvre;
 use crate::pose::{Gear, PlanarPose};
 use crate::problem::Limits;
@@ -228,7 +229,9 @@ fn every_failure_has_its_reason() {
 impl Planner {
     /// As the provider asks.
     fn provide(&mut self, problem: &Problem, cancelled: bool) -> Result<Trajectory, PlanFailure> {
-        ProblemPlanner::plan(self, problem, &|| cancelled)
+        let watch: interruption::Watch =
+            std::sync::Arc::new(move || cancelled.then_some(Interruption::Cancelled));
+        ProblemPlanner::plan(self, problem, &watch)
     }
 }
 
@@ -262,6 +265,52 @@ fn rolling_starts() {
     problem.start_speed_mps = 2.5;
     let error = refine(&problem, &path, &mut Unsupervised).unwrap_err();
     assert!(matches!(error, PlanError::Speed(SpeedError::TooFastAtStart { .. })), "{error}");
+}
+
+/// Rolling either way, the wheels to either side, towards goals ahead and behind: the plan goes on as the wheels stand
+/// (its steering rate is within its limit from the first point on: that is part of the last check) and arrives.
+#[test]
+fn a_rolling_vehicle_goes_on_as_its_wheels_stand() {
+    let goals = [(9.0, 2.0, 0.4), (-8.0, 1.0, 0.0), (0.3, 0.0, 0.0), (2.0, 6.0, 2.5)];
+    let (mut changes, mut timed) = (0, 0);
+    for (x, y, yaw) in goals {
+        for (speed_mps, curvature) in [(0.3, 0.2), (1.2, -0.15), (-0.4, 0.1), (-0.9, -0.25)] {
+            let problem = Problem {
+                start_speed_mps: speed_mps,
+                start_curvature: Some(curvature),
+                goal: PlanarPose::new(x, y, yaw),
+                ..crate::manoeuvre::problem(vec![])
+            };
+            let found = plan(&problem, &mut Unsupervised).unwrap();
+            let first = found.trajectory.points[0];
+            assert_eq!((first.curvature, first.speed_mps), (curvature, speed_mps), "{found:?}");
+            timed += usize::from(found.stage == Stage::Timed);
+            let checker = CollisionChecker::new(&problem).unwrap();
+            assert_eq!(verify(&found.trajectory, &problem, &checker), Ok(found.measures));
+            let away = Problem { start_curvature: Some(curvature + 0.01), ..problem };
+            assert!(verify(&found.trajectory, &away, &checker).is_err(), "wheels that jump are seen");
+            changes += found.measures.gear_changes;
+        }
+    }
+    assert!(changes > 0, "some must turn back");
+    // A fast one whose wheels must turn at once may have to stop for that.
+    assert!(timed >= 14, "{timed} of 16");
+}
+
+#[test]
+fn a_rolling_vehicle_that_cannot_stop_before_a_wall_is_not_planned_for() {
+    let wall = vec![Point2::new(5.0, -3.0), Point2::new(5.0, 3.0)];
+    let rolling = |start_speed_mps| {
+        let goal = PlanarPose::new(-8.0, 0.0, 0.0);
+        let problem = Problem { goal, start_speed_mps, ..crate::manoeuvre::problem(vec![wall.clone()]) };
+        Problem { start_curvature: Some(0.0), ..problem }
+    };
+    // The front is 3.79 m ahead of the rear axle.
+    assert!(plan(&rolling(0.5), &mut Unsupervised).is_ok());
+    let error = plan(&rolling(1.5), &mut Unsupervised).unwrap_err();
+    assert!(matches!(error, PlanError::BlockedAhead { speed_mps: 1.5, .. }), "{error}");
+    let failure = Planner::new(OpenSpaceParameters::default()).provide(&rolling(1.5), false).unwrap_err();
+    assert!(matches!(failure, PlanFailure::Search { .. }), "with less room it may be possible: {failure}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 use motion::{VehicleDimensions, VehicleInfo};
 
 use super::planning::{Job, Outcome, PlanFailure, Region};
+use crate::interruption::{Interruption, Watch};
 use crate::pose::PlanarPose;
 use crate::problem::{Limits, Problem};
 use crate::stitcher::DiscretizedTrajectory;
@@ -14,8 +15,12 @@ use crate::trajectory::{Trajectory, TrajectoryPoint};
 /// speed is a motion nor a brake that holds the vehicle, and a path must be free to begin in the other gear.
 const REST_SPEED_MPS: f64 = 0.05;
 
-/// Room that a plan keeps around the vehicle, m: what can be had of these, the most first, else none.
-const ROOMS_M: [f64; 2] = [0.05, 0.025];
+/// What a plan spares for a vehicle that does not keep to it to the centimetre, the most first; else nothing.
+const SPARED: [Spared; 3] = [
+    Spared { room_m: 0.05, steering: 0.05 },
+    Spared { room_m: 0.05, steering: 0.0 },
+    Spared { room_m: 0.025, steering: 0.0 },
+];
 
 /// A plan that takes over from another one in motion may begin with a curvature that the wheels reach within this time,
 /// s: the interval of a plan's points.
@@ -29,12 +34,12 @@ const TURNING_INTERVAL_S: f64 = 0.1;
 
 /// Solves planning problems.
 pub trait ProblemPlanner {
-    /// A motion from the problem's start to its goal, in the problem's frame, times from 0. `cancelled` is asked
-    /// often; once it says true the planner gives up.
+    /// A motion from the problem's start to its goal, in the problem's frame, times from 0. `watch` is asked often:
+    /// once planning is cancelled the planner gives up, out of time it makes do with what it has.
     ///
     /// # Errors
     /// There is no such motion, or none was found.
-    fn plan(&mut self, problem: &Problem, cancelled: &dyn Fn() -> bool) -> Result<Trajectory, PlanFailure>;
+    fn plan(&mut self, problem: &Problem, watch: &Watch) -> Result<Trajectory, PlanFailure>;
 }
 
 /// Turns jobs into plans.
@@ -56,7 +61,7 @@ impl<P: ProblemPlanner> Optimizer<P> {
     ///
     /// # Errors
     /// The job is not fit to be planned, or the planner has no result.
-    pub fn plan(&mut self, job: &Job, cancelled: &dyn Fn() -> bool) -> Result<Outcome, PlanFailure> {
+    pub fn plan(&mut self, job: &Job, watch: &Watch) -> Result<Outcome, PlanFailure> {
         let region = &*job.region;
         check_region(region)?;
         let start =
@@ -77,37 +82,45 @@ impl<P: ProblemPlanner> Optimizer<P> {
             start: region.to_region(at.pose),
             start_speed_mps: if moves { start.speed_mps } else { 0.0 },
             start_acceleration_mps2: if moves { start.acceleration_mps2 } else { 0.0 },
+            start_curvature: Some(at.curvature),
             goal: region.goal,
         };
-        let plan = self.plan_with_room(&mut problem, cancelled)?;
-        if cancelled() {
+        let plan = if moves {
+            problem.vehicle = SPARED[0].of(&self.vehicle);
+            match self.planner.plan(&problem, watch) {
+                // What it was to continue is better driven on than a plan that spares less.
+                Err(PlanFailure::Search { .. } | PlanFailure::Smoothing { .. }) => {
+                    return Ok(Outcome::Skipped);
+                }
+                planned => planned?,
+            }
+        } else {
+            self.plan_with_room(&mut problem, watch)?
+        };
+        if watch() == Some(Interruption::Cancelled) {
             return Err(PlanFailure::Cancelled);
         }
         let turn_s = self.turning_time_s(at.curvature, &plan);
         if moves && turn_s > STEERED_IN_MOTION_S {
-            // What it was to continue is better driven on.
+            // The same here.
             return Ok(Outcome::Skipped);
         }
         let plan = if moves { plan } else { after_turning(plan, at.curvature, turn_s, &self.vehicle) };
         in_map(region, plan).map(Outcome::Planned)
     }
 
-    /// Plans for a vehicle that is larger than it is, so that one that does not keep to the plan to the centimetre
-    /// touches nothing; with less room where there is not so much.
-    fn plan_with_room(
-        &mut self,
-        problem: &mut Problem,
-        cancelled: &dyn Fn() -> bool,
-    ) -> Result<Trajectory, PlanFailure> {
-        for room_m in ROOMS_M {
-            problem.vehicle = larger(&self.vehicle, room_m);
-            match self.planner.plan(problem, cancelled) {
+    /// Plans for a vehicle that is larger than it is and steers less, so that one that strays from the plan can steer back
+    /// and touches nothing before it has; with less to spare where there is not so much.
+    fn plan_with_room(&mut self, problem: &mut Problem, watch: &Watch) -> Result<Trajectory, PlanFailure> {
+        for spared in SPARED {
+            problem.vehicle = spared.of(&self.vehicle);
+            match self.planner.plan(problem, watch) {
                 Err(PlanFailure::Search { .. }) => {}
                 planned => return planned,
             }
         }
         problem.vehicle = self.vehicle;
-        self.planner.plan(problem, cancelled)
+        self.planner.plan(problem, watch)
     }
 
     /// How long the wheels take from the curvature at the start to the one that the plan begins with, s.
@@ -118,18 +131,30 @@ impl<P: ProblemPlanner> Optimizer<P> {
     }
 }
 
-/// The vehicle with room around it. Its wheels are where they are.
-fn larger(vehicle: &VehicleInfo, room_m: f64) -> VehicleInfo {
-    let d = *vehicle.dimensions();
-    let larger = VehicleInfo::new(VehicleDimensions {
-        front_overhang_m: d.front_overhang_m + room_m,
-        rear_overhang_m: d.rear_overhang_m + room_m,
-        left_overhang_m: d.left_overhang_m + room_m,
-        right_overhang_m: d.right_overhang_m + room_m,
-        ..d
-    });
-    // Sane dimensions do not become insane by some centimetres.
-    larger.unwrap_or(*vehicle)
+/// What a plan does not make use of.
+#[derive(Clone, Copy, Debug)]
+struct Spared {
+    /// Around the vehicle, m.
+    room_m: f64,
+    /// Part of the largest steering angle.
+    steering: f64,
+}
+
+impl Spared {
+    /// The vehicle with room around it, and less lock. Its wheels are where they are.
+    fn of(&self, vehicle: &VehicleInfo) -> VehicleInfo {
+        let (d, room_m) = (*vehicle.dimensions(), self.room_m);
+        let spared = VehicleInfo::new(VehicleDimensions {
+            front_overhang_m: d.front_overhang_m + room_m,
+            rear_overhang_m: d.rear_overhang_m + room_m,
+            left_overhang_m: d.left_overhang_m + room_m,
+            right_overhang_m: d.right_overhang_m + room_m,
+            max_steer_angle_rad: d.max_steer_angle_rad * (1.0 - self.steering),
+            ..d
+        });
+        // Sane dimensions do not become insane by some centimetres.
+        spared.unwrap_or(*vehicle)
+    }
 }
 
 /// The plan after as long a stand as the wheels take to turn: it begins with whatever curvature its path has.
@@ -217,6 +242,7 @@ mod tests {
     use motion::Point2;
 
     use super::*;
+    use crate::interruption::unwatched;
     use crate::pose::Gear;
     use crate::stitcher::{DiscretizedPoint, PathPoint};
 
@@ -227,7 +253,7 @@ mod tests {
     }
 
     impl ProblemPlanner for Straight {
-        fn plan(&mut self, problem: &Problem, _: &dyn Fn() -> bool) -> Result<Trajectory, PlanFailure> {
+        fn plan(&mut self, problem: &Problem, _: &Watch) -> Result<Trajectory, PlanFailure> {
             self.asked = Some(problem.clone());
             let point = |time_s: f64, pose| TrajectoryPoint {
                 time_s,
@@ -268,6 +294,12 @@ mod tests {
         }
     }
 
+    fn standing() -> Job {
+        let mut job = job();
+        job.stitching.points[0].speed_mps = 0.0;
+        job
+    }
+
     fn optimizer() -> Optimizer<Straight> {
         Optimizer::new(Straight::default(), VehicleInfo::default(), Limits::default(), 0.1)
     }
@@ -275,11 +307,12 @@ mod tests {
     #[test]
     fn the_problem_is_in_the_region_and_the_plan_in_the_map() {
         let mut optimizer = optimizer();
-        let Outcome::Planned(plan) = optimizer.plan(&job(), &|| false).unwrap() else { panic!("skipped") };
+        let Outcome::Planned(plan) = optimizer.plan(&job(), &unwatched()).unwrap() else { panic!("skipped") };
         let problem = optimizer.planner.asked.unwrap();
         assert!(problem.start.distance_m(&PlanarPose::default()) < 1e-12);
         assert!((problem.start.yaw - (2.0 - FRAC_PI_2)).abs() < 1e-12);
         assert_eq!((problem.start_speed_mps, problem.start_acceleration_mps2), (0.5, -0.25));
+        assert_eq!(problem.start_curvature, Some(0.125), "the wheels as they stand at the stitching point");
         let end = plan.points[1].path_point.unwrap();
         assert!(end.pose.distance_m(&PlanarPose::new(96.0, 53.0, 0.0)) < 1e-12);
         assert!((end.pose.yaw - (0.5 + FRAC_PI_2)).abs() < 1e-12);
@@ -291,34 +324,53 @@ mod tests {
     struct Narrow {
         widest_m: f64,
         asked_m: Vec<f64>,
+        asked_locks: Vec<f64>,
     }
 
     impl ProblemPlanner for Narrow {
-        fn plan(
-            &mut self,
-            problem: &Problem,
-            cancelled: &dyn Fn() -> bool,
-        ) -> Result<Trajectory, PlanFailure> {
+        fn plan(&mut self, problem: &Problem, watch: &Watch) -> Result<Trajectory, PlanFailure> {
             let width_m = problem.vehicle.vehicle_width_m();
             self.asked_m.push(width_m);
+            self.asked_locks.push(problem.vehicle.dimensions().max_steer_angle_rad);
             if width_m > self.widest_m {
                 return Err(PlanFailure::Search { why: "too narrow".to_owned() });
             }
-            Straight::default().plan(problem, cancelled)
+            Straight::default().plan(problem, watch)
         }
     }
 
     #[test]
-    fn as_much_room_is_kept_as_can_be_had() {
+    fn as_much_room_and_lock_is_spared_as_can_be_had() {
         let width_m = VehicleInfo::default().vehicle_width_m();
-        for (to_spare_m, tries) in [(0.11, 1), (0.06, 2), (0.01, 3), (-0.01, 3)] {
-            let planner = Narrow { widest_m: width_m + to_spare_m, asked_m: Vec::new() };
+        for (to_spare_m, tries) in [(0.11, 1), (0.06, 3), (0.01, 4), (-0.01, 4)] {
+            let planner =
+                Narrow { widest_m: width_m + to_spare_m, asked_m: Vec::new(), asked_locks: Vec::new() };
             let mut optimizer = Optimizer::new(planner, VehicleInfo::default(), Limits::default(), 0.1);
-            assert_eq!(optimizer.plan(&job(), &|| false).is_ok(), to_spare_m > 0.0);
-            let wanted: Vec<_> = [0.1, 0.05, 0.0].iter().take(tries).map(|room| width_m + room).collect();
+            assert_eq!(optimizer.plan(&standing(), &unwatched()).is_ok(), to_spare_m > 0.0);
+            let wanted: Vec<_> =
+                [0.1, 0.1, 0.05, 0.0].iter().take(tries).map(|room| width_m + room).collect();
             let asked = &optimizer.planner.asked_m;
             assert_eq!(asked.len(), tries, "{to_spare_m} m");
             assert!(asked.iter().zip(&wanted).all(|(asked, wanted)| (asked - wanted).abs() < 1e-9));
+            let locks = &optimizer.planner.asked_locks;
+            let wanted = [0.95, 1.0, 1.0, 1.0]
+                .map(|part| part * VehicleInfo::default().dimensions().max_steer_angle_rad);
+            assert!(
+                locks.iter().zip(&wanted).all(|(asked, wanted)| (asked - wanted).abs() < 1e-9),
+                "{locks:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn in_motion_no_plan_takes_over_that_spares_less() {
+        let width_m = VehicleInfo::default().vehicle_width_m();
+        for (to_spare_m, taken) in [(0.11, true), (0.06, false)] {
+            let planner =
+                Narrow { widest_m: width_m + to_spare_m, asked_m: Vec::new(), asked_locks: Vec::new() };
+            let mut optimizer = Optimizer::new(planner, VehicleInfo::default(), Limits::default(), 0.1);
+            let outcome = optimizer.plan(&job(), &unwatched()).unwrap();
+            assert_eq!((outcome != Outcome::Skipped, optimizer.planner.asked_m.len()), (taken, 1));
         }
     }
 
@@ -327,9 +379,22 @@ mod tests {
         let mut held = job();
         (held.stitching.points[0].speed_mps, held.stitching.points[0].acceleration_mps2) = (0.0, -0.3);
         let mut optimizer = optimizer();
-        optimizer.plan(&held, &|| false).unwrap();
+        optimizer.plan(&held, &unwatched()).unwrap();
         let problem = optimizer.planner.asked.unwrap();
         assert_eq!((problem.start_speed_mps, problem.start_acceleration_mps2), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_start_slower_than_a_twentieth_of_a_metre_a_second_is_at_rest() {
+        for (speed_mps, taken_mps) in [(0.049, 0.0), (-0.049, 0.0), (0.05, 0.05), (-0.05, -0.05)] {
+            let mut slow = job();
+            slow.stitching.points[0].speed_mps = speed_mps;
+            let mut optimizer = optimizer();
+            optimizer.plan(&slow, &unwatched()).unwrap();
+            let problem = optimizer.planner.asked.unwrap();
+            let taken = (problem.start_speed_mps, problem.start_acceleration_mps2);
+            assert_eq!(taken, (taken_mps, if taken_mps == 0.0 { 0.0 } else { -0.25 }), "{speed_mps} m/s");
+        }
     }
 
     #[test]
@@ -339,7 +404,7 @@ mod tests {
             let goal = job.region.goal_in_map();
             let at = job.stitching.points[0].path_point.as_mut().unwrap();
             at.pose = PlanarPose::new(goal.x + distance_m, goal.y, goal.yaw + 3.0);
-            let outcome = optimizer().plan(&job, &|| false).unwrap();
+            let outcome = optimizer().plan(&job, &unwatched()).unwrap();
             assert_eq!(outcome == Outcome::Skipped, skipped, "{distance_m} m");
         }
     }
@@ -348,7 +413,7 @@ mod tests {
         let mut job = job();
         job.stitching.points[0].speed_mps = speed_mps;
         job.stitching.points[0].path_point.as_mut().unwrap().curvature = curvature;
-        optimizer().plan(&job, &|| false).unwrap()
+        optimizer().plan(&job, &unwatched()).unwrap()
     }
 
     /// The plan begins with a curvature of 0.125 1/m.
@@ -423,7 +488,7 @@ mod tests {
     }
 
     fn assert_refused(job: &Job, field: &str) {
-        let failure = optimizer().plan(job, &|| false).unwrap_err();
+        let failure = optimizer().plan(job, &unwatched()).unwrap_err();
         assert_eq!(failure.upstream_text(), "OpenSpaceTrajectoryOptimizer input data not ready");
         let PlanFailure::InputNotReady { field: found, .. } = failure else { panic!("{failure}") };
         assert_eq!(found, field);
@@ -431,19 +496,16 @@ mod tests {
 
     #[test]
     fn a_plan_that_was_called_off_is_no_plan() {
-        assert_eq!(optimizer().plan(&job(), &|| true), Err(PlanFailure::Cancelled));
+        let cancelled: Watch = Arc::new(|| Some(Interruption::Cancelled));
+        assert_eq!(optimizer().plan(&job(), &cancelled), Err(PlanFailure::Cancelled));
     }
 
     #[test]
     fn a_planner_that_breaks_its_word_is_refused() {
         struct Broken(Vec<f64>);
         impl ProblemPlanner for Broken {
-            fn plan(
-                &mut self,
-                problem: &Problem,
-                cancelled: &dyn Fn() -> bool,
-            ) -> Result<Trajectory, PlanFailure> {
-                let plan = Straight::default().plan(problem, cancelled)?;
+            fn plan(&mut self, problem: &Problem, watch: &Watch) -> Result<Trajectory, PlanFailure> {
+                let plan = Straight::default().plan(problem, watch)?;
                 let points =
                     self.0.iter().map(|&time_s| TrajectoryPoint { time_s, ..plan.points[0] }).collect();
                 Ok(Trajectory { points })
@@ -452,7 +514,7 @@ mod tests {
         for times in [vec![], vec![0.0], vec![0.0, 0.0], vec![0.0, 1.0, 0.5], vec![0.0, f64::NAN]] {
             let mut optimizer =
                 Optimizer::new(Broken(times.clone()), VehicleInfo::default(), Limits::default(), 0.1);
-            let failure = optimizer.plan(&job(), &|| false).unwrap_err();
+            let failure = optimizer.plan(&job(), &unwatched()).unwrap_err();
             assert!(matches!(failure, PlanFailure::Refused { .. }), "{times:?}: {failure}");
         }
     }

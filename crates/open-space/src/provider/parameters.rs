@@ -20,6 +20,10 @@ pub struct ProviderParameters {
     /// then tracked.
     #[schemars(range(max = 10_000.0), extend("exclusiveMinimum" = 0.0, "x-unit" = "s"))]
     pub open_space_planning_period: f64,
+    /// Longest time that a plan may take: what is best by then is taken, and a search without a path by then has
+    /// failed. Where the clock is stepped only the number of expansions counts.
+    #[schemars(range(max = 10_000.0), extend("exclusiveMinimum" = 0.0, "x-unit" = "s"))]
+    pub open_space_planning_time_limit: f64,
     /// Points of the previous trajectory that are kept behind the vehicle.
     #[schemars(range(min = 0, max = 10_000))]
     pub open_space_trajectory_stitching_preserved_length: u32,
@@ -46,6 +50,9 @@ pub struct ProviderParameters {
     /// Difference of heading from the goal's below which the vehicle has arrived.
     #[schemars(range(max = 3.2), extend("exclusiveMinimum" = 0.0, "x-unit" = "rad"))]
     pub is_near_destination_theta_threshold: f64,
+    /// Speed up to which the vehicle has arrived; one that is faster rolls past its goal on the way, or is about to stop.
+    #[schemars(range(max = 10.0), extend("exclusiveMinimum" = 0.0, "x-unit" = "m/s"))]
+    pub is_near_destination_speed_threshold: f64,
     /// Failed plans since the last good one beyond which the provider reports an error.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub error_count_limit: u32,
@@ -59,6 +66,7 @@ impl Default for ProviderParameters {
         Self {
             enable_open_space_planner_thread: true,
             open_space_planning_period: 4.0,
+            open_space_planning_time_limit: 2.0,
             open_space_trajectory_stitching_preserved_length: 0,
             open_space_standstill_acceleration: 0.3,
             enable_trajectory_stitcher: true,
@@ -68,6 +76,7 @@ impl Default for ProviderParameters {
             replan_longitudinal_distance_threshold: 2.5,
             is_near_destination_threshold: 0.1,
             is_near_destination_theta_threshold: 0.05,
+            is_near_destination_speed_threshold: 0.2,
             error_count_limit: 1000,
             error_duration_limit: 10.0,
         }
@@ -158,8 +167,9 @@ mod tests {
     #[test]
     fn every_number_is_held_to_its_range() {
         type Change = fn(&mut ProviderParameters, f64);
-        let changes: [(&str, Change, f64); 8] = [
+        let changes: [(&str, Change, f64); 10] = [
             ("open_space_planning_period", |p, v| p.open_space_planning_period = v, 0.0),
+            ("open_space_planning_time_limit", |p, v| p.open_space_planning_time_limit = v, 0.0),
             ("open_space_standstill_acceleration", |p, v| p.open_space_standstill_acceleration = v, -0.1),
             ("planning_loop_rate", |p, v| p.planning_loop_rate = v, 0.5),
             ("replan_lateral_distance_threshold", |p, v| p.replan_lateral_distance_threshold = v, 0.0),
@@ -170,6 +180,7 @@ mod tests {
             ),
             ("is_near_destination_threshold", |p, v| p.is_near_destination_threshold = v, 0.0),
             ("is_near_destination_theta_threshold", |p, v| p.is_near_destination_theta_threshold = v, 0.0),
+            ("is_near_destination_speed_threshold", |p, v| p.is_near_destination_speed_threshold = v, 0.0),
             ("error_duration_limit", |p, v| p.error_duration_limit = v, 0.0),
         ];
         for (name, change, low) in changes {

@@ -153,6 +153,7 @@ pub(super) fn problem(kind: SceneKind, tightness: f64, random: &mut Random) -> P
         start,
         start_speed_mps: 0.0,
         start_acceleration_mps2: 0.0,
+        start_curvature: None,
         goal,
     };
     // A third of the scenes are turned. Bounds stay a box about all of the old one.

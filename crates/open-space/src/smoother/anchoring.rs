@@ -4,12 +4,15 @@ use motion::{Point2, Vector2};
 
 use super::SmootherParameters;
 use crate::convex_program::ConvexProgram;
+use crate::interruption::Watch;
 
 /// Distance of points for which the weights are meant, m.
 const WEIGHTED_SPACING_M: f64 = 0.1;
 /// Weight of the squared headings (rad²) that the ends miss, in units of the reference weight; what they still miss
 /// is made up for when the path is laid through the points.
 const HEADING_WEIGHT_M2: f64 = 1e4;
+/// Weight of the squared curvature (1/m²) that the start misses, in the same units.
+const START_CURVATURE_WEIGHT_M4: f64 = 1e4;
 /// Bounds below this (m) hold a point where it is.
 const ANCHORED_M: f64 = 1e-6;
 
@@ -23,14 +26,16 @@ pub(super) struct AnchoredPoints<'a> {
     pub(super) spacing_m: f64,
     /// Unit vectors along which the curve leaves the first point and reaches the last, in either direction.
     pub(super) headings: Option<[Vector2; 2]>,
+    /// Curvature that the curve begins with, as a vehicle along the first heading feels it, 1/m.
+    pub(super) start_curvature: Option<f64>,
     /// Beyond it curvature costs extra.
     pub(super) curvature_limit: Option<f64>,
     pub(super) weights: &'a SmootherParameters,
 }
 
 impl AnchoredPoints<'_> {
-    /// Where the points go, `None` when the solver fails.
-    pub(super) fn solve(&self) -> Option<Vec<Point2>> {
+    /// Where the points go, `None` when the solver fails or `watch` breaks it off.
+    pub(super) fn solve(&self, watch: Option<Watch>) -> Option<Vec<Point2>> {
         let places = Places::new(self);
         let count = self.reference.len();
         if places.free == 0 {
@@ -48,7 +53,7 @@ impl AnchoredPoints<'_> {
         if let Some(limit) = self.curvature_limit {
             self.add_curvature(&mut program, &places, limit);
         }
-        let x = program.solve()?;
+        let x = program.solve(watch)?;
         let moved = places.variables.iter().zip(self.reference).map(|(variable, place)| match variable {
             Some(first) => place + Vector2::new(x[*first], x[first + 1]),
             None => *place,
@@ -91,6 +96,13 @@ impl AnchoredPoints<'_> {
             let stencil = stencil.map(|coefficient| coefficient / (6.0 * self.spacing_m));
             let term = places.term(first, &stencil, &Vector2::new(-heading.y, heading.x));
             program.add_square(HEADING_WEIGHT_M2, (&term.0, term.1));
+        }
+        if let Some(curvature) = self.start_curvature {
+            // A one-sided second derivative of second order; across the heading it is the curvature in both gears.
+            let scale = 1.0 / (self.spacing_m * self.spacing_m);
+            let stencil = [2.0, -5.0, 4.0, -1.0].map(|coefficient| coefficient * scale);
+            let (terms, bend) = places.term(0, &stencil, &Vector2::new(-headings[0].y, headings[0].x));
+            program.add_square(START_CURVATURE_WEIGHT_M4, (&terms, bend - curvature));
         }
     }
 
@@ -179,10 +191,11 @@ mod tests {
             bounds_m: &bounds,
             spacing_m: 0.1,
             headings: None,
+            start_curvature: None,
             curvature_limit: None,
             weights: &upstream(1e8),
         }
-        .solve()
+        .solve(None)
         .unwrap();
         let expected = [
             0.0, 0.029389, 0.047553, 0.046838, 0.033039, 0.011952, -0.010629, -0.028910, -0.037094,
@@ -229,10 +242,11 @@ mod tests {
                 bounds_m: &bounds,
                 spacing_m: 0.1,
                 headings: Some([Vector2::x(), Vector2::y()]),
+                start_curvature: None,
                 curvature_limit,
                 weights: &upstream(1e5),
             }
-            .solve()
+            .solve(None)
             .unwrap()
         };
         assert!(sharpest(&reference, 0.1) > 0.49);
@@ -252,10 +266,11 @@ mod tests {
             bounds_m: &vec![0.0; reference.len()],
             spacing_m: 0.1,
             headings: None,
+            start_curvature: None,
             curvature_limit: Some(0.3),
             weights: &upstream(1e8),
         }
-        .solve()
+        .solve(None)
         .unwrap();
         assert_eq!(moved, reference);
     }

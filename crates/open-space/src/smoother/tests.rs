@@ -15,12 +15,16 @@ fn max_curvature() -> f64 {
     VehicleInfo::default().max_curvature()
 }
 
+fn to_smooth(part: &GearPart, inflation_m: f64) -> PartToSmooth<'_> {
+    PartToSmooth { part, inflation_m, start_curvature: None, max_curvature: max_curvature() }
+}
+
 fn smooth(
     part: &GearPart,
     inflation_m: f64,
     checker: &CollisionChecker,
 ) -> Result<SmoothedPart, SmoothingError> {
-    smooth_part(part, inflation_m, max_curvature(), checker, &SmootherParameters::default(), &mut || false)
+    smooth_part(&to_smooth(part, inflation_m), checker, &SmootherParameters::default(), &mut || false)
 }
 
 #[test]
@@ -46,6 +50,23 @@ fn a_free_path_becomes_smooth_in_one_pass() {
         assert!(jump / path.step_m() < 0.45, "curvature changes by {} per metre", jump / path.step_m());
         assert!(path.curvatures().iter().all(|k| k.abs() <= max_curvature()));
         assert!((path.length_m() / part.length_m() - 1.0).abs() < 0.02);
+    }
+}
+
+#[test]
+fn wheels_of_a_rolling_vehicle_are_taken_as_they_stand() {
+    for (gear, curvature) in [(Gear::Forward, 0.15), (Gear::Reverse, -0.1), (Gear::Reverse, 0.2)] {
+        // On as they stand, then the other way.
+        let arcs = [(curvature, 1.5), (0.0, 1.0), (-curvature, 2.5)];
+        let part = part(gear, PlanarPose::new(3.0, -1.0, 2.0), &arcs);
+        let to_smooth = PartToSmooth { start_curvature: Some(curvature), ..to_smooth(&part, 0.1) };
+        let path = smooth_part(&to_smooth, &checker(vec![]), &SmootherParameters::default(), &mut || false)
+            .unwrap()
+            .path;
+        assert_eq!(path.curvatures()[0], curvature);
+        let jump = path.curvatures().windows(2).fold(0.0_f64, |most, k| most.max((k[1] - k[0]).abs()));
+        assert!(jump / path.step_m() < 0.3, "curvature changes by {} per metre", jump / path.step_m());
+        assert_eq!((path.poses()[0], *path.poses().last().unwrap()), (part.poses[0], part.poses[3]));
     }
 }
 
@@ -108,9 +129,8 @@ fn stops_when_asked_and_leaves_scraps_alone() {
         asked += 1;
         asked > 1
     };
-    let error =
-        smooth_part(&long, 0.02, max_curvature(), &checker, &SmootherParameters::default(), &mut stop)
-            .unwrap_err();
+    let error = smooth_part(&to_smooth(&long, 0.02), &checker, &SmootherParameters::default(), &mut stop)
+        .unwrap_err();
     assert_eq!(error, SmoothingError::Stopped { passes: 1 });
     let short = part(Gear::Forward, PlanarPose::default(), &[(0.1, 0.02)]);
     assert!(matches!(smooth(&short, 0.1, &checker), Err(SmoothingError::TooShort { .. })));

@@ -2,6 +2,7 @@
 
 use super::{SpeedLimits, SpeedParameters, SpeedState};
 use crate::convex_program::ConvexProgram;
+use crate::interruption::Watch;
 use crate::tolerance::SOLVER_ROOM;
 
 /// `speed <= value + slope * (position - at)`, with a heavy price on what goes beyond.
@@ -26,15 +27,15 @@ pub(super) struct PiecewiseJerkProblem<'a> {
 }
 
 impl PiecewiseJerkProblem<'_> {
-    /// States at the knots, `None` when the horizon is too short or the solver fails.
-    pub(super) fn solve(&self) -> Option<Vec<SpeedState>> {
+    /// States at the knots, `None` when the horizon is too short, the solver fails or `watch` breaks it off.
+    pub(super) fn solve(&self, watch: Option<Watch>) -> Option<Vec<SpeedState>> {
         let knots = self.intervals + 1;
         let mut program = ConvexProgram::new(3 * knots + self.caps.len());
         self.add_costs(&mut program);
         self.add_motion(&mut program);
         self.add_limits(&mut program);
         self.add_caps(&mut program);
-        let x = program.solve()?;
+        let x = program.solve(watch)?;
         let state = |k| SpeedState {
             position_m: x[position(k)],
             speed_mps: x[speed(k)],

@@ -2,6 +2,7 @@
 
 use super::piecewise_jerk::{CapLine, PiecewiseJerkProblem};
 use super::{SpeedCap, SpeedError, SpeedLimits, SpeedParameters, SpeedProfile, SpeedState};
+use crate::interruption::{Patience, Watch, is_cancelled};
 use crate::tolerance::SPEED_GAIN;
 
 /// Most programs solved for one profile.
@@ -36,7 +37,7 @@ impl<'a> Rounds<'a> {
         Self { cap, start, limits, parameters, spacing_s: SPACING_S.min(shortest_s / FEWEST_INTERVALS) }
     }
 
-    pub(super) fn run(&self, stop: &mut dyn FnMut() -> bool) -> Result<SpeedProfile, SpeedError> {
+    pub(super) fn run(&self, patience: &mut dyn Patience) -> Result<SpeedProfile, SpeedError> {
         let mut positions = self.cap.fastest(self.start.speed_mps, self.limits, self.spacing_s);
         let mut intervals = positions.len() * 3 / 2 + self.intervals(self.settling_s());
         let mut solved_intervals = None;
@@ -44,10 +45,11 @@ impl<'a> Rounds<'a> {
         let mut best = self.steady();
         let mut last_s = f64::INFINITY;
         for _ in 0..ROUNDS {
-            if best.is_some() && stop() {
+            let watch = patience.watch();
+            if is_cancelled(watch.as_ref()) || best.is_some() && patience.ends() {
                 break;
             }
-            let Some((profile, next)) = self.solve(&positions, intervals, caution) else {
+            let Some((profile, next)) = self.solve(&positions, intervals, caution, watch) else {
                 intervals = match solved_intervals {
                     Some(solved) if intervals + 1 < solved => (intervals + solved).div_ceil(2),
                     Some(_) => break,
@@ -102,7 +104,13 @@ impl<'a> Rounds<'a> {
     }
 
     /// One program, with caps taken where the vehicle was at each knot before.
-    fn solve(&self, before: &[f64], intervals: usize, caution: f64) -> Option<(SpeedProfile, Vec<f64>)> {
+    fn solve(
+        &self,
+        before: &[f64],
+        intervals: usize,
+        caution: f64,
+        watch: Option<Watch>,
+    ) -> Option<(SpeedProfile, Vec<f64>)> {
         let last = before.last().copied().unwrap_or_default();
         let caps: Vec<CapLine> = (0..=intervals)
             .map(|k| {
@@ -120,7 +128,7 @@ impl<'a> Rounds<'a> {
             parameters: *self.parameters,
             caps: &caps,
         };
-        let states = problem.solve()?;
+        let states = problem.solve(watch)?;
         let jerks = states
             .windows(2)
             .map(|pair| (pair[1].acceleration_mps2 - pair[0].acceleration_mps2) / self.spacing_s);

@@ -17,7 +17,7 @@ fn solve(length_m: f64, pjso_drop_jerk_cross_terms: bool) -> Vec<SpeedState> {
         parameters: SpeedParameters { pjso_drop_jerk_cross_terms, ..SpeedParameters::default() },
         caps: &[],
     }
-    .solve()
+    .solve(None)
     .unwrap()
 }
 
@@ -143,8 +143,8 @@ fn stopped_at_once_the_steady_profile_is_the_answer() {
     let mut caps = vec![2.0; 60];
     caps[28..32].fill(0.3);
     let cap = SpeedCap::new(0.1, caps, &limits);
-    let plan = |stop: &mut dyn FnMut() -> bool| {
-        plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default(), stop).unwrap()
+    let plan = |patience: &mut dyn Patience| {
+        plan_speed(&cap, SpeedState::default(), &limits, &SpeedParameters::default(), patience).unwrap()
     };
     let steady = rest_to_rest(6.0, &SpeedLimits { max_speed_mps: 0.3, ..limits });
     assert_eq!(plan(&mut || true), steady);

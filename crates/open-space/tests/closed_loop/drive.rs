@@ -10,9 +10,8 @@ use open_space::provider::{
     Execution, Job, Optimizer, Outcome as Planning, PlanFailure, Planned, PlanningWorker, ProblemPlanner,
     Provider, ProviderParameters, Region, WorkerNotStarted, WorkerState,
 };
-use open_space::scenes::Scene;
 use open_space::stage::{Command, ParkingStage, StageInput};
-use open_space::{CollisionChecker, PlanarPose};
+use open_space::{CollisionChecker, PlanarPose, Problem, unwatched};
 
 use crate::random::Random;
 use crate::vehicle::{Controller, Imperfection, TICK_S, Vehicle};
@@ -90,11 +89,10 @@ struct Counts {
 
 impl Drive {
     pub(crate) fn new(
-        scene: &Scene,
+        problem: &Problem,
         planner: impl ProblemPlanner + Send + 'static,
         setting: Setting,
     ) -> Self {
-        let problem = &scene.problem;
         let mut random = Random::new(setting.seed);
         let region = Arc::new(Region {
             origin: ORIGIN,
@@ -210,21 +208,17 @@ impl Drive {
                 Command::Brake { .. } => "brake".to_owned(),
             };
             eprintln!(
-                "{now_s:6.1} {:?} v {:6.3} {:?} | {} | {:?} {command} {:?}",
+                "{now_s:6.1} {:?} v {:6.3} {:?} off {:6.3} | {} | {:?} {command} {:?}",
                 self.region.to_region(self.vehicle.pose),
                 self.vehicle.speed_mps,
                 self.vehicle.gear,
+                self.off_track_m(&output.command).unwrap_or_default(),
                 output.provision.status.message(),
                 output.provision.source,
                 output.lost,
             );
         }
-        if let Command::Follow(part) = &output.command
-            && let Some(here) = part.trajectory.evaluate(0.0).and_then(|point| point.path_point)
-        {
-            let (sin, cos) = here.pose.yaw.sin_cos();
-            let off = self.vehicle.pose.point() - here.pose.point();
-            let left_m = off.y * cos - off.x * sin;
+        if let Some(left_m) = self.off_track_m(&output.command) {
             self.outcome.max_off_track_m = self.outcome.max_off_track_m.max(left_m.abs());
         }
         if let Command::Follow(part) = &output.command
@@ -241,6 +235,15 @@ impl Drive {
         }
         self.controller.take(now_s, &output.command);
         output.provision.destination_reached
+    }
+
+    /// How far to the left of the part that it follows the vehicle is, m.
+    fn off_track_m(&self, command: &Command) -> Option<f64> {
+        let Command::Follow(part) = command else { return None };
+        let here = part.trajectory.evaluate(0.0)?.path_point?;
+        let (sin, cos) = here.pose.yaw.sin_cos();
+        let off = self.vehicle.pose.point() - here.pose.point();
+        Some(off.y * cos - off.x * sin)
     }
 
     fn end(mut self, ending: Ending) -> Outcome {
@@ -305,7 +308,7 @@ impl<P: ProblemPlanner> PlanningWorker for VirtualWorker<P> {
 
 impl<P: ProblemPlanner> VirtualWorker<P> {
     fn finish(&mut self, job: Job) {
-        match self.optimizer.plan(&job, &|| false) {
+        match self.optimizer.plan(&job, &unwatched()) {
             Ok(Planning::Planned(optimized)) => {
                 self.counts.plans.fetch_add(1, Ordering::Relaxed);
                 let Job { stitching, submitted_s, .. } = job;

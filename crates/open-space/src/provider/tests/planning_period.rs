@@ -1,6 +1,7 @@
 //! What the planning period means: planned again and again, or planned once and tracked.
 
 use super::*;
+use crate::interruption::{Watch, unwatched};
 use crate::problem::{Limits, Problem};
 use crate::trajectory::{Trajectory, TrajectoryPoint};
 
@@ -8,7 +9,7 @@ use crate::trajectory::{Trajectory, TrajectoryPoint};
 struct Straight;
 
 impl ProblemPlanner for Straight {
-    fn plan(&mut self, problem: &Problem, _: &dyn Fn() -> bool) -> Result<Trajectory, PlanFailure> {
+    fn plan(&mut self, problem: &Problem, _: &Watch) -> Result<Trajectory, PlanFailure> {
         let (start, goal) = (problem.start, problem.goal);
         let length_m = start.distance_m(&goal);
         let steps = (length_m / 0.1).ceil().max(1.0);
@@ -92,7 +93,7 @@ impl PlanningWorker for SlowWorker {
 impl SlowWorker {
     fn end(&mut self, job: Job) {
         let mut counts = self.counts.lock().unwrap();
-        match self.optimizer.plan(&job, &|| false) {
+        match self.optimizer.plan(&job, &unwatched()) {
             Ok(Outcome::Planned(optimized)) => {
                 counts.planned += 1;
                 let Job { stitching, submitted_s, .. } = job;

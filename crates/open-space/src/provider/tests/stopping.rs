@@ -72,7 +72,7 @@ fn causes_2_and_3_near_destination_latches_until_restart() {
 }
 
 #[test]
-fn the_destination_is_near_strictly_within_both_limits_at_any_speed() {
+fn the_destination_is_near_strictly_within_both_limits() {
     let turned = Region {
         origin: Point2::new(10.0, 5.0),
         heading_rad: std::f64::consts::FRAC_PI_2,
@@ -85,7 +85,7 @@ fn the_destination_is_near_strictly_within_both_limits_at_any_speed() {
     let region = Arc::new(turned);
     for (dx, dyaw, speed, near) in [
         (0.0, 0.0, 0.0, true),
-        (0.0999, 0.0499, 3.0, true),
+        (0.0999, 0.0499, 0.0, true),
         (0.1001, 0.0, 0.0, false),
         (0.0, 0.0501, 0.0, false),
         (0.0, -0.0501, 0.0, false),
@@ -110,6 +110,28 @@ fn the_destination_is_near_strictly_within_both_limits_at_any_speed() {
         let provision =
             provider.process(&Frame { vehicle: vehicle_at(x, 0.0, yaw), ..frame(0.0, &region, None) });
         assert_eq!(provision.destination_reached, near, "{x} m, {yaw} rad");
+    }
+}
+
+/// A vehicle that rolls past its goal to come back to it has not arrived; as upstream has it, it may.
+#[test]
+fn a_vehicle_that_rolls_past_its_destination_has_not_arrived() {
+    let upstream =
+        ProviderParameters { is_near_destination_speed_threshold: 10.0, ..ProviderParameters::default() };
+    for (parameters, speed_mps, arrived) in [
+        (ProviderParameters::default(), 0.2, true),
+        (ProviderParameters::default(), -0.2, true),
+        (ProviderParameters::default(), 0.201, false),
+        (ProviderParameters::default(), -0.201, false),
+        (upstream, -3.0, true),
+    ] {
+        let (mut provider, _) = provider_with(&parameters);
+        let region = super::region();
+        let goal = region.goal_in_map();
+        let vehicle = VehicleState { speed_mps, ..vehicle_at(goal.x, goal.y, goal.yaw) };
+        let provision = provider.process(&Frame { vehicle, ..frame(0.0, &region, None) });
+        assert_eq!(provision.destination_reached, arrived, "{speed_mps} m/s");
+        assert_eq!(provider.state().generation_stopped, arrived, "{speed_mps} m/s");
     }
 }
 
