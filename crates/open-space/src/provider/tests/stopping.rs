@@ -126,7 +126,7 @@ fn a_vehicle_that_rolls_past_its_destination_has_not_arrived() {
         (upstream, -3.0, true),
     ] {
         let (mut provider, _) = provider_with(&parameters);
-        let region = super::region();
+        let region = region();
         let goal = region.goal_in_map();
         let vehicle = VehicleState { speed_mps, ..vehicle_at(goal.x, goal.y, goal.yaw) };
         let provision = provider.process(&Frame { vehicle, ..frame(0.0, &region, None) });
