@@ -273,7 +273,7 @@ fn drive(problem: &Problem, seed: u64) -> Result<(f64, u32), String> {
 }
 
 /// Drives every scene with every seed; all must end in the slot.
-fn assert_parked(scenes: Vec<(String, Problem)>, seeds: Range<u64>) {
+fn assert_parked(scenes: &[(String, Problem)], seeds: &Range<u64>) {
     let wanted = std::env::var("SELECTOR_SCENES").unwrap_or_default();
     let (mut failed, mut count, mut least_m, mut silent) = (Vec::new(), 0, f64::INFINITY, 0);
     for (name, problem) in scenes.iter().filter(|(name, _)| name.contains(&wanted)) {
@@ -301,17 +301,17 @@ fn generated_scenes() -> Vec<(String, Problem)> {
 
 #[test]
 fn what_the_selector_hands_on_parks_the_vehicle() {
-    assert_parked(generated_scenes(), seeds(1));
+    assert_parked(&generated_scenes(), &seeds(1));
 }
 
 #[test]
 fn the_scenes_of_the_program_are_driven_into_the_slot() {
     assert_eq!(example_scenes().len(), 7);
-    assert_parked(example_scenes(), seeds(2));
+    assert_parked(&example_scenes(), &seeds(2));
 }
 
 #[test]
 #[ignore = "some minutes: 1,600 drives"]
 fn a_hundred_noisy_vehicles_park_in_every_scene() {
-    assert_parked(example_scenes().into_iter().chain(generated_scenes()).collect(), seeds(100));
+    assert_parked(&[example_scenes(), generated_scenes()].concat(), &seeds(100));
 }

@@ -7,6 +7,7 @@
 #[allow(
     clippy::duplicate_mod,
     unreachable_pub,
+    dead_code,
     reason = "the same source on other primitives, only for its exploration"
 )]
 mod planning_thread;
