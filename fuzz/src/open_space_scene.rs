@@ -123,6 +123,7 @@ impl Drawn {
                 0.0
             },
             start_acceleration_mps2: 0.0,
+            start_curvature: None,
             goal: self.goal.pose(),
         }
     }
