@@ -26,6 +26,7 @@ fn problem(region: &Region, pose: PlanarPose) -> Problem {
         start: region.to_region(pose),
         start_speed_mps: 0.0,
         start_acceleration_mps2: 0.0,
+        start_curvature: None,
         goal: region.goal,
     }
 }
