@@ -348,6 +348,23 @@ fn a_stop_on_the_way_is_kept_until_it_is_over_wherever_exactly_the_vehicle_stand
     }
 }
 
+/// A plan that comes in while the vehicle rolls begins where it was: it stands some decimetres beyond the stop when that
+/// is due, cycle by cycle, each counting from where the one before has put it.
+#[test]
+fn a_vehicle_that_stands_beyond_a_stop_goes_on_when_it_is_over() {
+    for x in [2.22, 2.3, 2.6] {
+        let mut partitioner = underway(&with_a_stop());
+        let vehicle = at(PlanarPose::new(x, 0.0, 0.0), Gear::Forward, 0.0);
+        let mut followed = partitioner.follow(&with_a_stop(), 2.0, &vehicle).unwrap();
+        assert!((pose_of(&followed_point(&followed)).x - 2.0).abs() < 0.03, "first it has to stand");
+        let stands_s = (1..100).find(|_| {
+            followed = partitioner.follow(&followed.stitched, 0.12, &vehicle).unwrap();
+            pose_of(&followed_point(&followed)).x > 2.0 + 1e-9
+        });
+        assert!((15..25).contains(&stands_s.unwrap_or(0)), "{x} m: {stands_s:?} tenths of a second");
+    }
+}
+
 #[test]
 fn what_may_be_driven_ends_at_the_next_stop() {
     let plan = with_a_stop();
