@@ -15,7 +15,7 @@ fn read<M: Message>(bytes: &[u8], interface: Interface) {
 }
 
 /// Every message that has a wire form of its own, with its ROS type.
-pub const KINDS: [(&str, Read); 84] = [
+pub const KINDS: [(&str, Read); 100] = [
     kind::<messages::autoware_internal_debug_msgs::ProcessingTimeNode>(),
     kind::<messages::autoware_internal_debug_msgs::ProcessingTimeTree>(),
     kind::<messages::autoware_internal_debug_msgs::Float64Stamped>(),
@@ -100,6 +100,23 @@ pub const KINDS: [(&str, Read); 84] = [
     kind::<messages::visualization_msgs::MeshFile>(),
     kind::<messages::visualization_msgs::Marker>(),
     kind::<messages::visualization_msgs::MarkerArray>(),
+    // Later ones behind: kept inputs name their message by its place.
+    kind::<messages::foxglove_msgs::Color>(),
+    kind::<messages::foxglove_msgs::KeyValuePair>(),
+    kind::<messages::foxglove_msgs::ArrowPrimitive>(),
+    kind::<messages::foxglove_msgs::CubePrimitive>(),
+    kind::<messages::foxglove_msgs::SpherePrimitive>(),
+    kind::<messages::foxglove_msgs::CylinderPrimitive>(),
+    kind::<messages::foxglove_msgs::LinePrimitive>(),
+    kind::<messages::foxglove_msgs::TriangleListPrimitive>(),
+    kind::<messages::foxglove_msgs::TextPrimitive>(),
+    kind::<messages::foxglove_msgs::ModelPrimitive>(),
+    kind::<messages::foxglove_msgs::SceneEntity>(),
+    kind::<messages::foxglove_msgs::SceneEntityDeletion>(),
+    kind::<messages::foxglove_msgs::SceneUpdate>(),
+    kind::<messages::geometry_msgs::PoseStamped>(),
+    kind::<messages::nav_msgs::MapMetaData>(),
+    kind::<messages::nav_msgs::OccupancyGrid>(),
 ];
 
 const fn kind<M: Message>() -> (&'static str, Read) {

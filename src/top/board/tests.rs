@@ -35,9 +35,12 @@ const FILTERS: [(&str, &str); 3] = [
     ("out_of_lane_filter.shadow", "true"),
 ];
 
-/// Of each candidate: generator, and what was measured: filter, metric, value, risk.
-fn reports(candidates: &[(&str, &[(&'static str, &'static str, f64, u8)])]) -> Told {
-    let report = |(name, metrics): &(&str, &[(&'static str, &'static str, f64, u8)])| ValidationReport {
+/// What was measured: filter, metric, value, risk.
+type Measured = (&'static str, &'static str, f64, u8);
+
+/// Of each candidate: generator, and what was measured.
+fn reports(candidates: &[(&str, &[Measured])]) -> Told {
+    let report = |(name, metrics): &(&str, &[Measured])| ValidationReport {
         generator_name: (*name).to_owned(),
         metrics: metrics
             .iter()
@@ -55,10 +58,10 @@ fn reports(candidates: &[(&str, &[(&'static str, &'static str, f64, u8)])]) -> T
     Told::Published(OutputTopic::ValidationReports, OutputMessage::Reports(Arc::new(reports)))
 }
 
-const VALID: (&str, &str, f64, u8) = ("data_validity", "data_validity", 0.0, RiskLevel::SAFE);
-const INVALID: (&str, &str, f64, u8) = ("data_validity", "data_validity", 2.0, RiskLevel::DANGER);
+const VALID: Measured = ("data_validity", "data_validity", 0.0, RiskLevel::SAFE);
+const INVALID: Measured = ("data_validity", "data_validity", 2.0, RiskLevel::DANGER);
 
-fn feasible(filter: &'static str, is: bool) -> (&'static str, &'static str, f64, u8) {
+fn feasible(filter: &'static str, is: bool) -> Measured {
     (filter, FEASIBILITY_METRIC, f64::from(u8::from(is)), RiskLevel::SAFE)
 }
 
