@@ -14,6 +14,8 @@ use serde_json::json;
 use std::time::{Duration, Instant};
 
 const MS: i64 = 1_000_000;
+/// When nothing came for so long, nothing more comes.
+const QUIET: Duration = Duration::from_millis(500);
 
 /// A node on simulated time, whoever sets its clock, and whoever sees its cycles.
 struct Simulation {
@@ -46,16 +48,23 @@ impl Simulation {
         diagnostics.iter().map(|cdr| stamp(cdr)).collect()
     }
 
-    /// Lets simulated time pass in steps, at so many times the speed of real time; gives the times of the cycles.
+    /// Times of the cycles since the last call, of which there must be one, however long it takes.
+    fn cycles_after_the_first(&mut self) -> Vec<i64> {
+        let mut cycles = vec![stamp(&self.peer.take_one(self.diagnostics))];
+        cycles.extend(self.cycles(QUIET));
+        cycles
+    }
+
+    /// Lets simulated time pass in steps, at no more than so many times the speed of real time; gives the times of the
+    /// cycles. Time that a busy machine lost is not made up for by faster steps.
     fn run(&mut self, from_ns: i64, for_ms: i64, step_ms: i64, speed: f64) -> Vec<i64> {
-        let started = Instant::now();
-        for step in 0..=for_ms / step_ms {
-            let passed_ms = step * step_ms;
-            let due = started + Duration::from_secs_f64(passed_ms as f64 * 1e-3 / speed);
-            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let step = Duration::from_secs_f64(step_ms as f64 * 1e-3 / speed);
+        for passed_ms in (0..=for_ms / step_ms).map(|index| index * step_ms) {
+            let due = Instant::now() + step;
             self.set(from_ns + passed_ms * MS);
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }
-        self.cycles(Duration::from_millis(300))
+        self.cycles(QUIET)
     }
 }
 
@@ -64,10 +73,11 @@ fn stamp(cdr: &[u8]) -> i64 {
     message.header.stamp.nanoseconds()
 }
 
-/// The timer fires each 100 ms of simulated time; the clock's steps are best effort, so a few may be missing.
+/// The timer fires each 100 ms of simulated time. The clock's steps are best effort, and a node that the machine holds up
+/// sees several as one: so some cycles may be missing, but not most, as if real time counted, and none may be too many.
 fn assert_regular(cycles: &[i64], from_ns: i64, for_ms: i64) {
     let expected = usize::try_from(for_ms / 100).unwrap();
-    assert!(cycles.len() >= expected * 8 / 10 && cycles.len() <= expected + 1, "{} cycles", cycles.len());
+    assert!(cycles.len() >= expected / 2 && cycles.len() <= expected + 1, "{} cycles", cycles.len());
     assert!(cycles.is_sorted(), "{cycles:?}");
     assert!(cycles.iter().all(|&cycle| (from_ns..=from_ns + for_ms * MS).contains(&cycle)), "{cycles:?}");
 }
@@ -78,7 +88,7 @@ fn the_timer_keeps_simulated_time_at_any_speed() {
         let mut simulation = Simulation::start(lab);
         let start = 1_750_000_000_000 * MS;
         simulation.set(start);
-        assert_eq!(simulation.cycles(Duration::from_millis(500)), [start], "the jump from 0 fires once");
+        assert_eq!(simulation.cycles_after_the_first(), [start], "the jump from 0 fires once");
         assert_regular(&simulation.run(start, 3000, 10, 1.0), start, 3000);
         assert_regular(&simulation.run(start + 3000 * MS, 30_000, 10, 10.0), start + 3000 * MS, 30_000);
         simulation.node.stop("INT");
@@ -89,18 +99,18 @@ fn the_timer_keeps_simulated_time_at_any_speed() {
 fn time_that_stands_still_or_goes_back_stops_nothing() {
     isolated("time_that_stands_still_or_goes_back_stops_nothing", |lab| {
         let mut simulation = Simulation::start(lab);
-        assert!(simulation.cycles(Duration::from_millis(500)).is_empty(), "no time passes without a clock");
+        assert!(simulation.cycles(QUIET).is_empty(), "no time passes without a clock");
         let start = 1_750_000_000_000 * MS;
         simulation.set(start);
-        assert_eq!(simulation.cycles(Duration::from_millis(500)), [start]);
+        assert_eq!(simulation.cycles_after_the_first(), [start]);
         for _ in 0..30 {
             simulation.set(start);
         }
-        assert!(simulation.cycles(Duration::from_millis(500)).is_empty(), "paused");
+        assert!(simulation.cycles(QUIET).is_empty(), "paused");
         // Back by an hour: the timer starts anew there instead of waiting for an hour.
         let back = start - 3_600_000 * MS;
         let cycles = simulation.run(back, 1000, 20, 1.0);
-        assert!(cycles.len() >= 7, "{cycles:?}");
+        assert!(cycles.len() >= 5, "{cycles:?}");
         assert!(cycles.iter().all(|&cycle| cycle < back + 1001 * MS), "{cycles:?}");
         let stopped = simulation.node.stop("TERM");
         assert!(stopped.took < PATIENCE && stopped.status.code() == Some(0));
