@@ -10,7 +10,7 @@ message! {
     /// One sample of a trajectory. The reference point is the middle of the rear axle; the motion fields are f32 on
     /// the wire, and comparisons with f64 limits widen them.
     #[derive(Copy, Default)]
-    TrajectoryPoint = "autoware_planning_msgs/msg/TrajectoryPoint" {
+    TrajectoryPoint = "autoware_planning_msgs/msg/TrajectoryPoint" in blocks of 88 {
         /// Time after the stamp of the trajectory; negative for points of the past.
         time_from_start: Duration,
         /// Pose in the frame of the trajectory.

@@ -76,7 +76,7 @@ impl Quaternion {
 message! {
     /// Position and orientation.
     #[derive(Copy, Default)]
-    Pose = "geometry_msgs/msg/Pose" {
+    Pose = "geometry_msgs/msg/Pose" in blocks of 56 {
         /// Where.
         position: Point,
         /// Facing where.

@@ -78,6 +78,28 @@ impl<'a> Reader<'a> {
         Ok(slice)
     }
 
+    /// `count` values that consist of primitives alone and take `N` bytes each, a multiple of eight, where they begin at
+    /// one. Behind the first value all do; what stands where in them is then known to the compiler.
+    pub(crate) fn take_blocks<const N: usize, T: Cdr>(
+        &mut self,
+        count: usize,
+    ) -> Result<Vec<T>, DecodeErrorKind> {
+        let mut values = Vec::with_capacity(count);
+        while values.len() < count && !self.position.is_multiple_of(8) {
+            values.push(T::decode(self)?);
+        }
+        let (blocks, _) = self.body[self.position..].as_chunks::<N>();
+        for block in blocks.iter().take(count - values.len()) {
+            values.push(T::decode(&mut Self { body: block, position: 0, ..*self })?);
+            self.position += N;
+        }
+        // Too few bytes for the last ones: the reader says how many are missing.
+        while values.len() < count {
+            values.push(T::decode(self)?);
+        }
+        Ok(values)
+    }
+
     /// The length of a sequence whose elements take at least `min_bytes` each; refused if they cannot fit.
     pub(super) fn take_length(&mut self, min_bytes: usize) -> Result<usize, DecodeErrorKind> {
         let count = u32::decode(self)?;

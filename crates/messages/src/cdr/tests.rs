@@ -305,3 +305,42 @@ fn the_smallest_wire_size_is_never_overstated() {
     assert!(crate::autoware_perception_msgs::PredictedPath::MIN_BYTES <= empty.len() - ENCAPSULATION_BYTES);
     let _ = Duration::default();
 }
+
+/// What [`Cdr::decode_many`] does where nothing is known about the layout.
+fn one_by_one<T: Cdr>(reader: &mut Reader<'_>, count: usize) -> Result<Vec<T>, DecodeErrorKind> {
+    (0..count).map(|_| T::decode(reader)).collect()
+}
+
+/// Reading in blocks gives what reading one by one gives: the same values, the same place behind them, and of a message
+/// that is too short the same error.
+fn assert_blocks<T: Cdr + Sample + PartialEq + std::fmt::Debug>(block: usize) {
+    for skipped in 0..2 * align_of::<u64>() {
+        let mut writer = Writer::new(Interface::default());
+        (0..skipped).for_each(|_| writer.put([7_u8]));
+        let values: Vec<T> = (0..5).map(|seed| T::sample(&mut Random(seed))).collect();
+        T::encode_many(&values, &mut writer);
+        let mut bytes = writer.finish();
+        assert!(skipped > 0 || bytes.len() == ENCAPSULATION_BYTES + 5 * block, "{} bytes", bytes.len());
+        for is_big_endian in [false, true] {
+            bytes[1] = u8::from(!is_big_endian);
+            for length in ENCAPSULATION_BYTES + skipped..=bytes.len() {
+                let reader = || {
+                    let mut reader = Reader::new(&bytes[..length], Interface::default()).unwrap();
+                    reader.take_slice(skipped).unwrap();
+                    reader
+                };
+                let (mut many, mut single) = (reader(), reader());
+                let (of_many, of_single) = (T::decode_many(&mut many, 5), one_by_one::<T>(&mut single, 5));
+                assert_eq!(of_many, of_single, "{length} bytes behind {skipped}");
+                assert_eq!(many.offset(), single.offset(), "{length} bytes behind {skipped}");
+                assert!(is_big_endian || length < bytes.len() || of_many.as_ref() == Ok(&values));
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_are_what_is_read_one_by_one() {
+    assert_blocks::<crate::geometry_msgs::Pose>(56);
+    assert_blocks::<crate::autoware_planning_msgs::TrajectoryPoint>(88);
+}
