@@ -173,6 +173,7 @@ impl Scheduler {
         self.set_fallback_period(fallback_period_ms);
         if let Some(stages) = &self.stages {
             stages.buffer.do_send(SetDurationTime(duration_time_s));
+            stages.sensors.do_send(SetValidatorParameters(validator.clone()));
             stages.validation.do_send(SetValidatorParameters(validator));
             stages.validation.do_send(SetRankerParameters(ranker, sources));
         }

@@ -11,9 +11,9 @@ use crate::map_decoder::{MapDecoder, MapJob};
 use crate::publisher::{MapCallbackTime, Publisher};
 use crate::tally::{DropReason, Tally};
 use crate::topics::{Input, InputTopic};
+use crate::validation::SetValidatorParameters;
 use actix::{Actor, Addr, AsyncContext, Context, Handler, Message, MessageResult};
 use crossbeam_channel::Sender;
-use lanelet_map::Map;
 use messages::autoware_map_msgs::LaneletMapBin;
 use messages::builtin_interfaces::Time;
 use selection::Scene;
@@ -74,10 +74,10 @@ impl Sensors {
         }
     }
 
-    fn set_map(&mut self, map: Arc<Map>, frame_id: Arc<str>) {
+    fn set_map(&mut self, map: HdMap) {
         let number = self.scene.map.as_ref().map_or(0, |map| map.number) + 1;
-        info!("Map {number}: {} lanelets, frame \"{frame_id}\"", map.lanelets().len());
-        self.scene.map = Some(Epoch { number, value: HdMap { frame_id, map } });
+        info!("Map {number}: {} lanelets, frame \"{}\"", map.map.lanelets().len(), map.frame_id);
+        self.scene.map = Some(Epoch { number, value: map });
     }
 }
 
@@ -101,7 +101,7 @@ impl Handler<Sense> for Sensors {
             Input::Map(message) => self.decode_map(message, ctx),
             Input::ReadyMap(map, frame_id) => {
                 self.newest_map += 1;
-                self.set_map(map, frame_id);
+                self.set_map(HdMap::new(frame_id, map));
             }
             Input::Route(route) => {
                 let number = self.scene.route.as_ref().map_or(0, |route| route.number) + 1;
@@ -124,8 +124,7 @@ impl Handler<Sense> for Sensors {
 #[derive(Debug)]
 pub(crate) struct MapDecoded {
     pub(crate) number: u64,
-    pub(crate) map: Result<Arc<Map>, String>,
-    pub(crate) frame_id: Arc<str>,
+    pub(crate) map: Result<HdMap, String>,
     pub(crate) took: Duration,
 }
 
@@ -139,7 +138,7 @@ impl Handler<MapDecoded> for Sensors {
     fn handle(&mut self, decoded: MapDecoded, _: &mut Self::Context) {
         self.decoding -= 1;
         match decoded.map {
-            Ok(map) if decoded.number == self.newest_map => self.set_map(map, decoded.frame_id),
+            Ok(map) if decoded.number == self.newest_map => self.set_map(map),
             Ok(_) => {
                 self.tally.count_dropped(InputTopic::Map, DropReason::Superseded, 1);
                 info!("A map that a newer one has overtaken is dropped");
@@ -156,6 +155,15 @@ impl Handler<MapDecoded> for Sensors {
                 let _ = waiting.send(());
             }
         }
+    }
+}
+
+/// Parameters for maps that come from now on.
+impl Handler<SetValidatorParameters> for Sensors {
+    type Result = ();
+
+    fn handle(&mut self, SetValidatorParameters(parameters): SetValidatorParameters, _: &mut Self::Context) {
+        self.decoder.configure(parameters);
     }
 }
 

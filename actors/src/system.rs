@@ -130,7 +130,9 @@ impl SelectorSystem {
             .build()
             .map_err(|error| SystemError::NoThread(error.to_string()))?;
         let line = shared.lifelines.line("map decoder");
-        let decoder = MapDecoder::start(line).map_err(|error| SystemError::NoThread(error.to_string()))?;
+        let parameters = config.pipeline.validator_parameters().clone();
+        let decoder = MapDecoder::start(parameters, line);
+        let decoder = decoder.map_err(|error| SystemError::NoThread(error.to_string()))?;
         let clock = config.clock.clone();
         let parts = Parts { config, provider, sink, pool: Arc::new(pool), decoder, shared: shared.clone() };
         let (ready, started) = bounded(1);

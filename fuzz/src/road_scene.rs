@@ -248,7 +248,7 @@ impl Drawn {
         };
         let signals = TrafficLightGroupArray { stamp: now, traffic_light_groups: vec![group] };
         scene.traffic_signals = Some(Arc::new(signals));
-        let map = HdMap { frame_id: "map".into(), map: STREET.clone() };
+        let map = HdMap::new("map".into(), STREET.clone());
         scene.map = Some(Epoch { number: 1, value: map });
         if self.has_route {
             let mut segment = LaneletSegment::default();

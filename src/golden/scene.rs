@@ -148,7 +148,7 @@ impl Reader<'_> {
                 let traffic_light_groups = signals.iter().map(signal).collect();
                 Arc::new(TrafficLightGroupArray { stamp: now, traffic_light_groups })
             }),
-            map: Some(Epoch { number: 1, value: HdMap { frame_id: FRAME.into(), map: self.map.clone() } }),
+            map: Some(Epoch { number: 1, value: HdMap::new(FRAME.into(), self.map.clone()) }),
             route: file.route.as_deref().map(|lanelets| self.route(&header, lanelets)),
         }
     }

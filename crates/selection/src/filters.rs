@@ -9,7 +9,7 @@ pub mod vehicle_constraint;
 
 use crate::candidate::Candidate;
 use crate::parameters::ValidatorParameters;
-use crate::scene::Scene;
+use crate::scene::{HdMap, Scene};
 use crate::verdict::Judgement;
 use messages::autoware_internal_planning_msgs::PlanningFactor;
 use motion::VehicleInfo;
@@ -109,6 +109,8 @@ pub struct FilterClass {
     pub remembers: bool,
     /// Place among the filters by what judging a candidate costs, the cheapest first.
     pub cost_rank: u8,
+    /// Derives ahead what the filter needs of a map, if that takes long.
+    pub prepare_map: Option<fn(&HdMap, &ValidatorParameters)>,
     /// Makes the filter.
     pub make: fn(&ValidatorParameters, &VehicleInfo) -> Box<dyn Filter>,
 }
@@ -134,6 +136,9 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: collision_check::NAME,
         remembers: false,
         cost_rank: 5,
+        prepare_map: Some(|map, _| {
+            collision_check::priority_of(map);
+        }),
         make: |parameters, vehicle| {
             Box::new(collision_check::CollisionCheckFilter::new(&parameters.collision_check, vehicle))
         },
@@ -143,6 +148,7 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: crosswalk::NAME,
         remembers: true,
         cost_rank: 1,
+        prepare_map: None,
         make: |parameters, vehicle| {
             Box::new(crosswalk::CrosswalkFilter::new(
                 parameters.crosswalk.clone(),
@@ -155,6 +161,9 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: out_of_lane::NAME,
         remembers: false,
         cost_rank: 4,
+        prepare_map: Some(|map, parameters| {
+            out_of_lane::road_of(map, &parameters.out_of_lane.lanelet_subtypes);
+        }),
         make: |parameters, vehicle| {
             Box::new(out_of_lane::OutOfLaneFilter::new(parameters.out_of_lane.clone(), vehicle))
         },
@@ -164,6 +173,7 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: traffic_light::NAME,
         remembers: true,
         cost_rank: 0,
+        prepare_map: None,
         make: |parameters, vehicle| {
             Box::new(traffic_light::TrafficLightFilter::new(
                 parameters.traffic_light.clone(),
@@ -176,6 +186,9 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: boundary_departure::NAME,
         remembers: true,
         cost_rank: 3,
+        prepare_map: Some(|map, parameters| {
+            boundary_departure::borders_of(map, &parameters.boundary_departure.boundary_types);
+        }),
         make: |parameters, vehicle| {
             Box::new(boundary_departure::UncrossableBoundaryDepartureFilter::new(
                 parameters.boundary_departure.clone(),
@@ -188,6 +201,7 @@ pub const CLASSES: &[FilterClass] = &[
         short_name: vehicle_constraint::NAME,
         remembers: false,
         cost_rank: 2,
+        prepare_map: None,
         make: |parameters, vehicle| {
             Box::new(vehicle_constraint::VehicleConstraintFilter::new(
                 parameters.vehicle_constraint.clone(),
@@ -197,14 +211,83 @@ pub const CLASSES: &[FilterClass] = &[
     },
 ];
 
+/// Derives from a map, ahead of the first cycle that has it, what the loaded filters need of it: for the map of a city
+/// that takes longer than a cycle may. It changes no verdict, only when the work is done.
+pub fn prepare_map(map: &HdMap, parameters: &ValidatorParameters) {
+    let is_loaded = |class: &&FilterClass| {
+        let mut names = parameters.filter_names.iter().chain(&parameters.shadow_mode_filter_names);
+        names.any(|name| name == class.class_name)
+    };
+    for prepare in CLASSES.iter().filter(is_loaded).filter_map(|class| class.prepare_map) {
+        prepare(map, parameters);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Validator;
+    use crate::scene::Epoch;
+    use lanelet_map::MapBuilder;
+    use messages::autoware_perception_msgs::PredictedObjects;
+    use messages::std_msgs::Header;
+    use std::sync::Arc;
 
     #[test]
     fn classes_are_in_order_of_evaluation_and_unique() {
         assert!(CLASSES.windows(2).all(|pair| pair[0].short_name < pair[1].short_name));
         assert_eq!(FilterClass::find("safety::VehicleConstraintFilter").unwrap().category(), "safety");
         assert!(FilterClass::find("safety::Nonsense").is_none());
+    }
+
+    /// A road, and everything that a cycle needs.
+    fn scene() -> Scene {
+        let mut builder = MapBuilder::new();
+        for (id, y) in [(1, 2.0), (2, -2.0)] {
+            builder
+                .line_string_at(id, &[[0.0, y, 0.0], [100.0, y, 0.0]], &[("type", "road_border")])
+                .unwrap();
+        }
+        builder.lanelet(3, 1, 2, &[("subtype", "road")]).unwrap();
+        let mut scene = crate::test_scene::scene();
+        let map = Arc::new(builder.build().unwrap());
+        scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
+        scene.odometry = Some(Arc::default());
+        scene.acceleration = Some(Arc::default());
+        scene.objects = Some(Arc::new(PredictedObjects {
+            header: Header { frame_id: "map".to_owned(), ..Header::default() },
+            ..PredictedObjects::default()
+        }));
+        scene
+    }
+
+    #[test]
+    fn filters_use_what_was_prepared_and_only_for_their_parameters() {
+        let scene = scene();
+        let map = &scene.map.as_ref().unwrap().value;
+        let mut parameters = ValidatorParameters::default();
+        prepare_map(map, &parameters);
+        let prepared = parameters.clone();
+        // Who has the tables, beside the map and this question.
+        let users = || {
+            let is_missing = || panic!("not prepared");
+            let borders = map.survey.borders.of(&prepared.boundary_departure.boundary_types, is_missing);
+            let road = map.survey.road.of(&prepared.out_of_lane.lanelet_subtypes, || panic!("not prepared"));
+            let priority = map.survey.priority.get().unwrap();
+            (
+                Arc::strong_count(&borders.unwrap()) - 2,
+                Arc::strong_count(&road.unwrap()) - 2,
+                Arc::strong_count(priority) - 1,
+            )
+        };
+        assert_eq!(users(), (0, 0, 0));
+        let mut validator = Validator::new(parameters.clone(), &scene.vehicle).unwrap();
+        validator.observe(&scene);
+        let (borders, road, priority) = users();
+        assert!(borders >= 1 && road == 1 && priority == 1, "{borders}, {road}, {priority}");
+        parameters.boundary_departure.boundary_types = vec!["curbstone".to_owned()];
+        validator.configure(parameters);
+        validator.observe(&scene);
+        assert_eq!(users(), (0, 1, 1), "borders of other types were prepared");
     }
 }

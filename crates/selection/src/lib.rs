@@ -21,6 +21,7 @@ pub mod pipeline;
 pub mod ranker;
 pub mod report;
 pub mod scene;
+mod survey;
 pub mod validator;
 pub mod verdict;
 

@@ -87,6 +87,12 @@ impl Pipeline {
         &self.validator
     }
 
+    /// The parameters of the filters.
+    #[must_use]
+    pub fn validator_parameters(&self) -> &ValidatorParameters {
+        self.validator.parameters()
+    }
+
     /// Hands changed parameters to the filters; to be called between two steps.
     pub fn configure_validator(&mut self, parameters: ValidatorParameters) {
         self.validator.configure(parameters);

@@ -1,5 +1,6 @@
 //! What the world looked like at the start of a cycle: one immutable snapshot for all filters and candidates.
 
+use crate::survey::Survey;
 use lanelet_map::Map;
 use messages::autoware_perception_msgs::{PredictedObjects, TrafficLightGroupArray};
 use messages::autoware_planning_msgs::LaneletRoute;
@@ -27,6 +28,17 @@ pub struct HdMap {
     pub frame_id: Arc<str>,
     /// The map.
     pub map: Arc<Map>,
+    /// What filters have derived from it.
+    pub(crate) survey: Arc<Survey>,
+}
+
+impl HdMap {
+    /// A map in a frame. Filters derive what they need of it when they first see it, unless
+    /// [`prepare_map`](crate::filters::prepare_map) has done so before.
+    #[must_use]
+    pub fn new(frame_id: Arc<str>, map: Arc<Map>) -> Self {
+        Self { frame_id, map, survey: Arc::default() }
+    }
 }
 
 /// An input without which no cycle may publish.

@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub(crate) fn scene() -> Scene {
     let mut scene = Scene::empty(Time { sec: 10, nanosec: 0 }, Arc::new(VehicleInfo::default()));
     let map = Arc::new(MapBuilder::new().build().unwrap());
-    scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map } });
+    scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
     scene
 }
 

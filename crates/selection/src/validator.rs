@@ -212,6 +212,12 @@ impl Validator {
         &self.filters
     }
 
+    /// The parameters of the filters.
+    #[must_use]
+    pub fn parameters(&self) -> &ValidatorParameters {
+        &self.parameters
+    }
+
     /// Hands changed parameters to every filter; to be called between two cycles. Which filters are loaded stays. A
     /// filter that panics here judges nothing in the next cycle and then starts anew with these parameters.
     pub fn configure(&mut self, parameters: ValidatorParameters) {

@@ -49,7 +49,7 @@ fn scene(vehicle: &VehicleInfo, speed_mps: f64, borders: &[Border]) -> Scene {
         builder.line_string_at(id, &places, &[("type", "road_border")]).unwrap();
     }
     let map = Arc::new(builder.build().unwrap());
-    scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map } });
+    scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
     scene
 }
 

@@ -328,7 +328,7 @@ fn priority_of_pedestrians() {
         let arc = Arc2::line(x, -6.0, FRAC_PI_2);
         let person = predicted(object(1, label, arc, 1.5, 0.6, 0.6), arc, 1.5, 17);
         let mut scene = scene(8.0, vec![person]);
-        scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map: Arc::clone(&map) } });
+        scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), Arc::clone(&map)) });
         let judgement = judge(&scene, &indicating(&straight(8.0), command), &shipped());
         let Memo::CollisionCheck(memo) = judgement.memo else { panic!("{judgement:?}") };
         (judgement.metrics[0].value.is_nan(), memo.not_assessed.is_some())

@@ -51,7 +51,7 @@ fn straight_road() -> Map {
 fn scene(map: Map, number: u64) -> Scene {
     let stamp = Time { sec: 100, nanosec: 0 };
     let mut scene = Scene::empty(stamp, Arc::new(VehicleInfo::default()));
-    scene.map = Some(Epoch { number, value: HdMap { frame_id: "map".into(), map: Arc::new(map) } });
+    scene.map = Some(Epoch { number, value: HdMap::new("map".into(), Arc::new(map)) });
     scene
 }
 

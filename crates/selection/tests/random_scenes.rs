@@ -259,7 +259,7 @@ impl World {
         };
         let signals = TrafficLightGroupArray { stamp: NOW, traffic_light_groups: vec![group] };
         scene.traffic_signals = Some(Arc::new(signals));
-        let map = HdMap { frame_id: "map".into(), map: Arc::new(street(self.place, self.line_x)) };
+        let map = HdMap::new("map".into(), Arc::new(street(self.place, self.line_x)));
         scene.map = Some(Epoch { number: 1, value: map });
         let mut segment = LaneletSegment::default();
         segment.preferred_primitive.id = ROAD;

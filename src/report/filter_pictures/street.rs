@@ -157,7 +157,7 @@ impl Street {
         let signals = TrafficLightGroupArray { stamp: NOW, traffic_light_groups: self.signals };
         scene.traffic_signals = Some(Arc::new(signals));
         let map = Arc::new(self.builder.build()?);
-        scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map } });
+        scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
         let mut segment = LaneletSegment::default();
         segment.preferred_primitive.id = ROUTE;
         let route = LaneletRoute { segments: vec![segment], ..LaneletRoute::default() };

@@ -117,7 +117,7 @@ fn object(x: f64, speed_mps: f64) -> PredictedObject {
 fn in_a_parking_lot_what_stands_is_an_obstacle() {
     let mut surroundings = surroundings(ObstacleSource::ParkingLot);
     surroundings.set_goal(&goal(30.0, 20.0, MAP));
-    let map = HdMap { frame_id: MAP.into(), map: Arc::new(lot()) };
+    let map = HdMap::new(MAP.into(), Arc::new(lot()));
     let mut scene = Scene { map: Some(Epoch { number: 1, value: map }), ..scene() };
     let objects = |objects| Some(Arc::new(PredictedObjects { objects, ..PredictedObjects::default() }));
     scene.objects = objects(vec![object(20.0, 0.0), object(25.0, 3.0), object(22.0, f64::NAN)]);

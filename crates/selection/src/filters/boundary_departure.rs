@@ -28,7 +28,8 @@ use crate::parameters::{BoundaryDepartureParameters, ValidatorParameters};
 use crate::scene::{Epoch, HdMap, Scene};
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
 
-use self::borders::{Borders, Neighbourhoods};
+pub(crate) use self::borders::Borders;
+use self::borders::Neighbourhoods;
 use self::claims::Claims;
 use self::departure::{Evaluation, Finding, Limits, Watch};
 pub use self::hysteresis::Hysteresis;
@@ -123,15 +124,15 @@ impl UncrossableBoundaryDepartureFilter {
     /// The borders of the scene's map; made anew when the map is replaced.
     fn borders(&mut self, scene: &Scene) -> Result<Arc<Borders>, &'static str> {
         const NO_MAP: &str = "Lanelet map is not available in the context.";
-        let Epoch { number, value: HdMap { map, .. } } = scene.map.as_ref().ok_or(NO_MAP)?;
-        if map.line_strings().len() == 0 {
+        let Epoch { number, value: map } = scene.map.as_ref().ok_or(NO_MAP)?;
+        if map.map.line_strings().len() == 0 {
             return Err(NO_MAP);
         }
         if let Some((_, borders)) = self.map.as_ref().filter(|(made_from, _)| made_from == number) {
             return Ok(Arc::clone(borders));
         }
-        let borders = Borders::new(map, &self.parameters.boundary_types);
-        let borders = Arc::new(borders.ok_or("a border of the map lies beyond the range of coordinates")?);
+        let borders = borders_of(map, &self.parameters.boundary_types);
+        let borders = borders.ok_or("a border of the map lies beyond the range of coordinates")?;
         self.map = Some((*number, Arc::clone(&borders)));
         Ok(borders)
     }
@@ -163,6 +164,11 @@ impl UncrossableBoundaryDepartureFilter {
         };
         Metric { name: METRIC, value: lateral_m, threshold: self.parameters.lateral_margin_m, risk }
     }
+}
+
+/// The borders of some types, `None` if one lies beyond the range of coordinates; made unless the map has them already.
+pub(super) fn borders_of(map: &HdMap, types: &[String]) -> Option<Arc<Borders>> {
+    map.survey.borders.of(types, || Borders::new(&map.map, types).map(Arc::new))
 }
 
 /// The point where a candidate is critical for the first time, and the border.

@@ -29,13 +29,13 @@ use self::drac::{DracBuffers, EgoMotions, Evaluation, Outcome, Situation};
 use self::findings::{ContactBuffers, Finding, Findings, Tally, first_contact, judgement};
 use self::objects::{Object, Objects};
 use self::passage::Hit;
-use self::priority::PriorityMap;
+pub(crate) use self::priority::PriorityMap;
 use self::settings::Settings;
 use self::stop_tracker::StopTracker;
 use super::{Fill, Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{CollisionCheckParameters, ValidatorParameters};
-use crate::scene::Scene;
+use crate::scene::{HdMap, Scene};
 use crate::verdict::{Judgement, Memo, RiskLevel};
 use messages::autoware_perception_msgs::PredictedObjects;
 use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
@@ -44,6 +44,7 @@ use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
 use motion::occupancy::{Bounds, Deviation, GROUP, HullBuffers, Outline, Sweep, slices_meet};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Name of the filter.
 pub const NAME: &str = "collision_check_filter";
@@ -70,7 +71,7 @@ pub struct CollisionCheckFilter {
     ego_stops: StopTracker,
     object_stops: StopTracker,
     objects: Objects,
-    priority: Option<PriorityMap>,
+    priority: Option<Arc<PriorityMap>>,
     cycle: Result<Cycle, Cow<'static, str>>,
 }
 
@@ -115,9 +116,7 @@ impl CollisionCheckFilter {
         let objects = scene.objects.as_deref().ok_or(NO_OBJECTS)?;
         let map = scene.map.as_ref().ok_or(NO_MAP)?;
         check_frame(scene, objects)?;
-        if !self.priority.as_ref().is_some_and(|priority| priority.is_of(map)) {
-            self.priority = Some(PriorityMap::new(map));
-        }
+        self.priority = Some(priority_of(&map.value));
         self.objects.fill(objects, &self.settings).map_err(objects::ObjectDefect::text)?;
         let ego_ns = self.ego_stops.standing_ns(&Uuid::default());
         for object in &mut self.objects.objects {
@@ -125,6 +124,11 @@ impl CollisionCheckFilter {
         }
         cycle_of(odometry, objects)
     }
+}
+
+/// Intersections and crossings; made unless the map has them already.
+pub(super) fn priority_of(map: &HdMap) -> Arc<PriorityMap> {
+    Arc::clone(map.survey.priority.get_or_init(|| Arc::new(PriorityMap::new(&map.map))))
 }
 
 const NO_ODOMETRY: &str = "odometry is not available";

@@ -14,15 +14,16 @@ mod quad;
 mod road;
 mod walk;
 
-use self::road::Road;
+pub(crate) use self::road::Road;
 use self::walk::Walk;
 use super::{Filter, Scratch};
 use crate::candidate::Candidate;
 use crate::parameters::{OutOfLaneParameters, ValidatorParameters};
-use crate::scene::Scene;
+use crate::scene::{HdMap, Scene};
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
 use motion::{Footprint, VehicleInfo};
 use smallvec::smallvec;
+use std::sync::Arc;
 
 /// Name of the filter.
 pub const NAME: &str = "out_of_lane_filter";
@@ -44,7 +45,7 @@ pub struct OutOfLaneFilter {
 enum RoadState {
     NoMap,
     NoLanelets { epoch: u64 },
-    Ready { epoch: u64, road: Box<Road> },
+    Ready { epoch: u64, road: Arc<Road> },
 }
 
 impl RoadState {
@@ -80,6 +81,11 @@ impl OutOfLaneFilter {
     }
 }
 
+/// The lanelets of some subtypes, `None` if there are none; made unless the map has them already.
+pub(super) fn road_of(map: &HdMap, subtypes: &[String]) -> Option<Arc<Road>> {
+    map.survey.road.of(subtypes, || Road::new(&map.map, subtypes).map(Arc::new))
+}
+
 impl Filter for OutOfLaneFilter {
     fn name(&self) -> &'static str {
         NAME
@@ -99,11 +105,8 @@ impl Filter for OutOfLaneFilter {
         };
         let epoch = map.number;
         if self.road.epoch() != Some(epoch) {
-            let road = Road::new(&map.value.map, &self.parameters.lanelet_subtypes);
-            self.road = road.map_or(RoadState::NoLanelets { epoch }, |road| RoadState::Ready {
-                epoch,
-                road: Box::new(road),
-            });
+            let road = road_of(&map.value, &self.parameters.lanelet_subtypes);
+            self.road = road.map_or(RoadState::NoLanelets { epoch }, |road| RoadState::Ready { epoch, road });
         }
     }
 

@@ -141,7 +141,7 @@ pub(crate) fn scene(speed: f64, objects: Vec<PredictedObject>) -> Scene {
     scene.odometry = Some(Arc::new(odometry));
     scene.objects = Some(Arc::new(PredictedObjects { header: header(), objects }));
     let map = Arc::new(MapBuilder::new().build().unwrap());
-    scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map } });
+    scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
     scene
 }
 

@@ -88,7 +88,7 @@ pub(crate) fn route(number: u64, lanelets: &[i64]) -> Option<Epoch<Arc<LaneletRo
 }
 
 pub(crate) fn map(number: u64, map: Map) -> Option<Epoch<HdMap>> {
-    Some(Epoch { number, value: HdMap { frame_id: "map".into(), map: Arc::new(map) } })
+    Some(Epoch { number, value: HdMap::new("map".into(), Arc::new(map)) })
 }
 
 pub(crate) fn red_light(id: i64) -> Vec<TrafficLightGroup> {

@@ -29,7 +29,7 @@ const LONGEST: usize = 128;
 
 /// Segments of all line strings of the configured types, in the order of (line string id, index).
 #[derive(Debug)]
-pub(super) struct Borders {
+pub(crate) struct Borders {
     index: SegmentIndex,
     lines: Vec<Segment>,
 }

@@ -2,17 +2,15 @@
 //!
 //! Outside of intersections it does; inside an intersection only on a crosswalk or walkway.
 
-use crate::scene::{Epoch, HdMap};
 use lanelet_map::Map;
 use lanelet_map::index::{Outline, OutlineIndex};
 use motion::Point2;
 use motion::occupancy::Bounds;
 use std::collections::BTreeSet;
 
-/// Map elements that decide about priority; made anew with the map.
+/// Map elements that decide about priority.
 #[derive(Debug)]
-pub(super) struct PriorityMap {
-    epoch: u64,
+pub(crate) struct PriorityMap {
     /// Lanelets that belong to an intersection: where they lie, and the polygon that they name.
     members: Vec<(Bounds, i64)>,
     intersections: OutlineIndex,
@@ -27,9 +25,7 @@ pub(super) struct PriorityBuffers {
 }
 
 impl PriorityMap {
-    pub(super) fn new(map: &Epoch<HdMap>) -> Self {
-        let epoch = map.number;
-        let map = &*map.value.map;
+    pub(super) fn new(map: &Map) -> Self {
         let members: Vec<(Bounds, i64)> = map
             .lanelets()
             .filter_map(|lanelet| {
@@ -39,11 +35,7 @@ impl PriorityMap {
             })
             .collect();
         let crossings = OutlineIndex::of_lanelets(map, &["crosswalk", "walkway"]);
-        Self { epoch, intersections: named_polygons(map, &members), members, crossings }
-    }
-
-    pub(super) fn is_of(&self, map: &Epoch<HdMap>) -> bool {
-        self.epoch == map.number
+        Self { intersections: named_polygons(map, &members), members, crossings }
     }
 
     /// True if a pedestrian or bicycle that covers this convex polygon goes first.

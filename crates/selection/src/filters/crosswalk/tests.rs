@@ -96,7 +96,7 @@ impl Sketch {
 /// The vehicle at the origin with a speed, on a route over the road, with these people around.
 fn scene(map: Map, speed_mps: f64, people: &[PredictedObject]) -> Scene {
     let mut scene = Scene::empty(Time::default(), Arc::new(VehicleInfo::default()));
-    scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map: Arc::new(map) } });
+    scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), Arc::new(map)) });
     scene.route = Some(route(1, &[ROAD]));
     scene.acceleration = Some(Arc::new(AccelWithCovarianceStamped::default()));
     scene.objects =

@@ -11,7 +11,7 @@ use motion::occupancy::Bounds;
 
 /// The road, made once for a map.
 #[derive(Debug)]
-pub(super) struct Road {
+pub(crate) struct Road {
     outlines: OutlineIndex,
     pub(super) lanes: Lanes,
     borders: Borders,

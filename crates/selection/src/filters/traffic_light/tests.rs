@@ -115,7 +115,7 @@ impl World {
 
     fn on(map: Map, parameters: TrafficLightParameters, front_offset_m: f64) -> Self {
         let mut scene = Scene::empty(Time::default(), Arc::new(VehicleInfo::default()));
-        scene.map = Some(Epoch { number: 1, value: HdMap { frame_id: "map".into(), map: Arc::new(map) } });
+        scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), Arc::new(map)) });
         scene.route = Some(Epoch { number: 1, value: Arc::new(route(&[LANELET])) });
         scene.traffic_signals = Some(Arc::default());
         let mut world = Self { filter: TrafficLightFilter::new(parameters, front_offset_m), scene };

@@ -46,7 +46,7 @@ impl MapSketch {
             builder.line_string(10_000 + at as i64, &ids, &[("type", kind)]).unwrap();
         }
         let map = Arc::new(builder.build().unwrap());
-        Epoch { number, value: HdMap { frame_id: "map".into(), map } }
+        Epoch { number, value: HdMap::new("map".into(), map) }
     }
 }
 

@@ -180,7 +180,7 @@ fn a_new_map_brings_its_own_crosswalks() {
     let mut filter = filter();
     let mut scene = one_crosswalk(&[pedestrian(1, 10.0, -7.0)]);
     assert!(!judge(&mut filter, &scene, &at_line()).feasible);
-    let empty = HdMap { frame_id: "map".into(), map: Arc::new(map_with(&[])) };
+    let empty = HdMap::new("map".into(), Arc::new(map_with(&[])));
     scene.map = Some(Epoch { number: 2, value: empty });
     let judgement = judge(&mut filter, &scene, &at_line());
     assert!(judgement.feasible && judgement.metrics.is_empty());

@@ -99,7 +99,7 @@ fn the_look_ahead_floor_counts_what_is_past_but_the_path_does_not() {
     assert!(!world.shows(RED).ok(past(40.0)));
     world.scene.map = Some(Epoch {
         number: 1,
-        value: HdMap { frame_id: "map".into(), map: Arc::new(road(35.5, None, "red_yellow_green")) },
+        value: HdMap::new("map".into(), Arc::new(road(35.5, None, "red_yellow_green"))),
     });
     // Same map number, same light, but the line is farther: at 35 m of floor, 36 m is the last length looked at.
     world.scene.route = Some(Epoch { number: 2, value: Arc::new(route(&[LANELET])) });
@@ -108,7 +108,7 @@ fn the_look_ahead_floor_counts_what_is_past_but_the_path_does_not() {
     assert!(!world.shows(RED).ok(traj(0.0, 40.0, 5.0)));
     world.scene.map = Some(Epoch {
         number: 1,
-        value: HdMap { frame_id: "map".into(), map: Arc::new(road(31.5, None, "red_yellow_green")) },
+        value: HdMap::new("map".into(), Arc::new(road(31.5, None, "red_yellow_green"))),
     });
     world.scene.route = Some(Epoch { number: 2, value: Arc::new(route(&[LANELET])) });
     assert!(world.at(100.1).ok(dense(60)), "without a past the floor is 30 m and 31 m the last length");
@@ -127,7 +127,7 @@ fn a_candidate_in_the_past_keeps_its_refusals_but_not_its_floor() {
 fn another_map_forgets_refusals_floors_and_where_amber_came_from() {
     let replace = |world: &mut World, number| {
         let map = Arc::new(road(20.0, Some("left"), "left_arrow"));
-        world.scene.map = Some(Epoch { number, value: HdMap { frame_id: "map".into(), map } });
+        world.scene.map = Some(Epoch { number, value: HdMap::new("map".into(), map) });
     };
     let parameters = with(|p| p.amber_rejection.hysteresis_duration = 60.0);
     let mut world = World::new(20.0, parameters.clone(), 0.0);
