@@ -6,7 +6,7 @@
 use super::graph::{Endpoint, participant_of};
 use super::publications::Listeners;
 use super::qos;
-use super::subscriptions::peer;
+use super::subscriptions::{Throttle, peer};
 use futures::{StreamExt, pin_mut};
 use rustdds::{
     DomainParticipant, DomainParticipantStatusEvent, EndpointDescription, GUID, QosPolicies, RTPSEntity,
@@ -15,10 +15,14 @@ use rustdds::{
 use selector_actors::Tally;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
 /// Peers that a warning was given about; after so many it is given again.
 const MAX_WARNED: usize = 1024;
+/// Departures that are told of in a period: of a whole vehicle's nodes, all.
+const DEPARTURES: u32 = 100;
+const DEPARTURES_PERIOD: Duration = Duration::from_secs(10);
 
 /// Watches the graph until the task is dropped. `endpoints` are the node's own.
 pub async fn watch(
@@ -30,7 +34,8 @@ pub async fn watch(
     let own = participant_of(&participant.guid());
     let listener = participant.status_listener();
     drop(participant);
-    let mut watcher = Watcher { own, endpoints, listeners, tally, warned: BTreeSet::new() };
+    let departures = Throttle::at_most(DEPARTURES, DEPARTURES_PERIOD);
+    let mut watcher = Watcher { own, endpoints, listeners, tally, warned: BTreeSet::new(), departures };
     let events = listener.as_async_status_stream();
     pin_mut!(events);
     while let Some(event) = events.next().await {
@@ -44,6 +49,8 @@ struct Watcher {
     listeners: Listeners,
     tally: Arc<Tally>,
     warned: BTreeSet<(String, GUID)>,
+    /// For peers that leave: a crowd of them must not fill the log.
+    departures: Throttle,
 }
 
 impl Watcher {
@@ -68,7 +75,10 @@ impl Watcher {
             DomainParticipantStatusEvent::WriterDetected { writer } => self.compare_type(&writer, false),
             DomainParticipantStatusEvent::ReaderDetected { reader } => self.compare_type(&reader, true),
             DomainParticipantStatusEvent::ParticipantLost { id, reason } => {
-                info!("The participant {id:?} has left the graph: {reason:?}");
+                let line = || format!("The participant {id:?} has left the graph: {reason:?}");
+                if let Some(line) = self.departures.pass(Instant::now(), line) {
+                    info!("{line}");
+                }
             }
             _ => {}
         }

@@ -147,30 +147,46 @@ impl Numbers {
     }
 }
 
-/// Lets a warning through at most once in a while and tells how many it held back.
+/// Lets so many lines of a kind through in a while and tells how many it held back.
 #[derive(Debug)]
 pub(super) struct Throttle {
+    most: u32,
     period: Duration,
-    last: Option<Instant>,
+    began: Option<Instant>,
+    passed: u32,
     held_back: u64,
 }
 
 impl Throttle {
     pub(super) fn every(period: Duration) -> Self {
-        Self { period, last: None, held_back: 0 }
+        Self::at_most(1, period)
+    }
+
+    /// Counted from the first line of each period.
+    pub(super) fn at_most(most: u32, period: Duration) -> Self {
+        Self { most, period, began: None, passed: 0, held_back: 0 }
     }
 
     pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
-        let now = Instant::now();
-        if self.last.is_some_and(|last| now.duration_since(last) < self.period) {
+        if let Some(line) = self.pass(Instant::now(), text) {
+            warn!("{line}");
+        }
+    }
+
+    /// The line, if it is to be written.
+    pub(super) fn pass(&mut self, now: Instant, text: impl FnOnce() -> String) -> Option<String> {
+        if self.began.is_none_or(|began| now.duration_since(began) >= self.period) {
+            (self.began, self.passed) = (Some(now), 0);
+        }
+        if self.passed == self.most {
             self.held_back += 1;
-            return;
+            return None;
         }
-        self.last = Some(now);
-        match std::mem::take(&mut self.held_back) {
-            0 => warn!("{}", text()),
-            held_back => warn!("{} ({held_back} more like this since the last line)", text()),
-        }
+        self.passed += 1;
+        Some(match std::mem::take(&mut self.held_back) {
+            0 => text(),
+            held_back => format!("{} ({held_back} more like this since the last line)", text()),
+        })
     }
 }
 
@@ -195,6 +211,23 @@ mod tests {
 
     fn number_of(number: i64) -> SequenceNumber {
         SequenceNumber::from(number)
+    }
+
+    #[test]
+    fn a_throttle_lets_some_lines_of_each_period_through_and_counts_the_others() {
+        let began = Instant::now();
+        let mut throttle = Throttle::at_most(2, Duration::from_secs(10));
+        let mut line_after =
+            |seconds| throttle.pass(began + Duration::from_secs(seconds), || format!("left at {seconds}"));
+        let lines: Vec<_> = [0, 1, 2, 9, 10, 11, 12, 30].into_iter().filter_map(&mut line_after).collect();
+        let expected = [
+            "left at 0",
+            "left at 1",
+            "left at 10 (2 more like this since the last line)",
+            "left at 11",
+            "left at 30 (1 more like this since the last line)",
+        ];
+        assert_eq!(lines, expected);
     }
 
     #[test]
