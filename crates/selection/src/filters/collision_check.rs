@@ -249,29 +249,27 @@ impl CollisionCheckFilter {
         let lifts_path_findings =
             of_class.arbitration_wait_ns.is_some_and(|wait_ns| object.mutual_standing_ns > wait_ns);
         for course in &self.objects.courses[object.courses.clone()] {
-            let evaluation = match situation.assess(object, course, &mut work.ego, &mut work.drac) {
-                Outcome::Clear => continue,
+            let begins_s =
+                |evaluation: &Evaluation| evaluation.passages.first.ego as f64 * self.settings.resolution_s;
+            let is_lifted = |method: Method| method.is_map_based() && lifts_path_findings;
+            let is_known = |evaluation: &Evaluation| {
+                is_lifted(evaluation.method) || findings.knows(evaluation, begins_s(evaluation))
+            };
+            let evaluation = match situation.assess(object, course, &mut work.ego, &mut work.drac, is_known) {
+                Outcome::Clear | Outcome::Known => continue,
                 Outcome::NotAssessed(method) => {
-                    let tally = if method.is_map_based() { &mut findings.path } else { &mut findings.arc };
-                    tally.lacks_case = true;
-                    // The lowest one, whatever the order of objects.
-                    let known = findings.memo.not_assessed;
-                    findings.memo.not_assessed = Some(known.map_or(method, |known| known.min(method)));
+                    findings.leave_open(method);
                     continue;
                 }
                 Outcome::Evaluated(evaluation) => evaluation,
             };
-            if evaluation.method.is_map_based() && lifts_path_findings {
+            if is_lifted(evaluation.method) {
                 continue;
             }
-            let tally = if evaluation.method.is_map_based() { &mut findings.path } else { &mut findings.arc };
-            tally.take(evaluation.risk, evaluation.required_mps2, evaluation.safe_mps2);
-            if evaluation.risk > RiskLevel::Safe {
-                let begins_s = evaluation.passages.first.ego as f64 * self.settings.resolution_s;
-                if findings.may_show(evaluation.risk, begins_s) {
-                    let object_slices = course.slices.start;
-                    findings.show(self.passage_finding(object, object_slices, &evaluation, work));
-                }
+            findings.take(&evaluation);
+            if evaluation.risk > RiskLevel::Safe && findings.may_show(evaluation.risk, begins_s(&evaluation))
+            {
+                findings.show(self.passage_finding(object, course.slices.start, &evaluation, work));
             }
         }
     }

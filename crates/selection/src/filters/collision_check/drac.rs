@@ -6,7 +6,7 @@
 
 use super::ego::{Braking, EgoMotion, EgoPath};
 use super::objects::{Course, Object, Objects, Way};
-use super::passage::{Body, Hit, Passages, Search, SearchBuffers};
+use super::passage::{Body, Hit, Passages, Search, SearchBuffers, Sought};
 use super::priority::{PriorityBuffers, PriorityMap};
 use super::settings::{Case, ClassSettings, EgoTiers, Settings};
 use super::yielding::YieldingObjects;
@@ -76,6 +76,8 @@ pub(super) enum Outcome {
     Clear,
     /// The case is switched off.
     NotAssessed(Method),
+    /// The case could have been assessed, but whatever came out would change nothing.
+    Known,
     /// The case was assessed.
     Evaluated(Evaluation),
 }
@@ -168,13 +170,15 @@ pub(super) struct Situation<'a> {
 }
 
 impl Situation<'_> {
-    /// Assesses one way of an object.
+    /// Assesses one way of an object. `is_known` says of an evaluation that it would change nothing of what was found:
+    /// if that is so for all that may come out, no braking is tried.
     pub(super) fn assess(
         &self,
         object: &Object,
         course: &Course,
         ego: &mut EgoMotions,
         buffers: &mut DracBuffers,
+        is_known: impl Fn(&Evaluation) -> bool,
     ) -> Outcome {
         if !ego.bounds.is_some_and(|bounds| bounds.meets(&course.bounds)) {
             return Outcome::Clear;
@@ -185,7 +189,7 @@ impl Situation<'_> {
         let on_course = self.object_body(object, course);
         let windows = self.objects.windows_of(course);
         let search = Search::new(planned, on_course, windows, of_class, &mut buffers.search);
-        let Some(passages) = search.passages() else {
+        let Some(passages) = search.passages(self.sought(course, of_class)) else {
             return Outcome::Clear;
         };
         let (method, case) = self.case(object, course, passages, of_class, buffers);
@@ -194,15 +198,31 @@ impl Situation<'_> {
         }
         let evaluation = |risk, required_mps2| {
             let safe_mps2 = case.tiers.safe;
-            Outcome::Evaluated(Evaluation { method, risk, required_mps2, safe_mps2, passages })
+            Evaluation { method, risk, required_mps2, safe_mps2, passages }
         };
+        let of_braking = |required: Option<f64>| {
+            evaluation(risk_of(required, &case.tiers), required.unwrap_or(f64::NEG_INFINITY))
+        };
+        // All that may come out: the object's braking is enough, the vehicle's, or nothing.
+        let EgoTiers { safe, danger, fatal, .. } = case.tiers;
+        if [RiskLevel::Safe, RiskLevel::LowCaution].iter().all(|&risk| is_known(&evaluation(risk, 0.0)))
+            && [Some(safe), Some(danger), Some(fatal), None].iter().all(|&it| is_known(&of_braking(it)))
+        {
+            return Outcome::Known;
+        }
         if method.object_may_brake()
             && let Some(risk) = self.object_yields(object, course, of_class, ego, buffers)
         {
-            return evaluation(risk, 0.0);
+            return Outcome::Evaluated(evaluation(risk, 0.0));
         }
-        let required = self.required_braking(object, course, &case.tiers, of_class, ego, buffers);
-        evaluation(risk_of(required, &case.tiers), required.unwrap_or(f64::NEG_INFINITY))
+        Outcome::Evaluated(of_braking(self.required_braking(
+            object,
+            course,
+            &case.tiers,
+            of_class,
+            ego,
+            buffers,
+        )))
     }
 
     fn ego_body<'s>(&'s self, sweep: &'s Sweep, of_class: &ClassSettings) -> Body<'s> {
@@ -211,6 +231,13 @@ impl Situation<'_> {
 
     fn object_body<'s>(&'s self, object: &'s Object, course: &Course) -> Body<'s> {
         Body { outline: &object.outline, sweep: &self.objects.sweep, slices: course.slices.clone() }
+    }
+
+    /// The worst passages decide about priority, and only about that.
+    fn sought(&self, course: &Course, of_class: &ClassSettings) -> Sought {
+        let asks_map =
+            matches!(course.way, Way::Path(_)) && self.indicators_are_off && of_class.is_vulnerable;
+        if asks_map { Sought::FirstAndWorst } else { Sought::First }
     }
 
     fn case(

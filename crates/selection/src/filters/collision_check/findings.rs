@@ -1,6 +1,6 @@
 //! What was found about a candidate, and how it is told: metrics, the worst finding with its place, words.
 
-use super::drac::Method;
+use super::drac::{Evaluation, Method};
 use crate::candidate::Candidate;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
 use messages::unique_identifier_msgs::Uuid;
@@ -110,6 +110,11 @@ impl Tally {
         self.required_mps2 = self.required_mps2.min(required_mps2);
     }
 
+    /// True if taking this changes nothing.
+    fn holds(&self, risk: RiskLevel, required_mps2: f64) -> bool {
+        risk <= self.risk && required_mps2 >= self.required_mps2
+    }
+
     fn metric(&self, name: &'static str) -> Metric {
         // A value is what was found; not-a-number says that nothing was found, but not everything was looked at.
         let is_unknown = self.lacks_case && self.required_mps2 == 0.0 && self.risk == RiskLevel::Safe;
@@ -150,6 +155,32 @@ pub(super) struct Findings {
 }
 
 impl Findings {
+    fn tally(&mut self, method: Method) -> &mut Tally {
+        if method.is_map_based() { &mut self.path } else { &mut self.arc }
+    }
+
+    /// Takes that a case was hit which is switched off.
+    pub(super) fn leave_open(&mut self, method: Method) {
+        self.tally(method).lacks_case = true;
+        // The lowest one, whatever the order of objects.
+        let known = self.memo.not_assessed;
+        self.memo.not_assessed = Some(known.map_or(method, |known| known.min(method)));
+    }
+
+    /// Takes what came out for one way of an object, without showing it.
+    pub(super) fn take(&mut self, evaluation: &Evaluation) {
+        let Evaluation { risk, required_mps2, safe_mps2, .. } = *evaluation;
+        self.tally(evaluation.method).take(risk, required_mps2, safe_mps2);
+    }
+
+    /// True if neither [`Self::take`] of this nor showing it, which begins at a time \[s\] at the earliest, would change
+    /// anything: what is known of its kind is as bad, and what is shown is worse or earlier.
+    pub(super) fn knows(&self, evaluation: &Evaluation, earliest_s: f64) -> bool {
+        let Evaluation { method, risk, required_mps2, .. } = *evaluation;
+        let tally = if method.is_map_based() { &self.path } else { &self.arc };
+        tally.holds(risk, required_mps2) && (risk == RiskLevel::Safe || !self.may_show(risk, earliest_s))
+    }
+
     /// False if no finding of a risk at or after a time \[s\] can come before the one known.
     pub(super) fn may_show(&self, risk: RiskLevel, earliest_s: f64) -> bool {
         self.worst

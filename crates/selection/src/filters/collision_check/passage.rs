@@ -49,8 +49,25 @@ impl Hit {
 pub(super) struct Passages {
     /// The hit that decides who passes first: the earliest one, unless a later one has the object further ahead.
     pub(super) first: Hit,
-    /// The hit with the smallest time between the passages.
+    /// The hit with the smallest time between the passages. Some hit if the search was not asked for it.
     pub(super) worst: Hit,
+}
+
+/// What a search for passages is to find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sought {
+    /// Who passes first: the search ends when nothing that is still to come can change that.
+    First,
+    /// The passages that are closest in time as well.
+    FirstAndWorst,
+}
+
+impl Passages {
+    /// True if no further hit changes what is sought. The first one stays as soon as the vehicle is not ahead in it: see
+    /// [`Search::take`].
+    fn is_settled(&self, sought: Sought) -> bool {
+        self.worst.pet_ticks() == 0 || (sought == Sought::First && self.first.pet_ticks() <= 0)
+    }
 }
 
 /// Memory of a search.
@@ -69,6 +86,10 @@ pub(super) struct Search<'a, 'b> {
     object: Body<'a>,
     object_earlier_ticks: usize,
     ego_earlier_ticks: usize,
+    /// How many slices of the vehicle, from the same tick on, a slice of the object is still compared with.
+    object_ahead: usize,
+    /// How many slices of the object a slice of the vehicle is still compared with.
+    ego_ahead: usize,
     found: Option<Passages>,
     near: &'b [usize],
     hulls: &'b mut HullBuffers,
@@ -92,6 +113,8 @@ impl<'a, 'b> Search<'a, 'b> {
             object,
             object_earlier_ticks: of_class.object_earlier_ticks,
             ego_earlier_ticks: of_class.ego_earlier_ticks,
+            object_ahead: of_class.object_earlier_ticks + 1,
+            ego_ahead: of_class.ego_earlier_ticks + 1,
             found: None,
             near,
             hulls,
@@ -99,7 +122,7 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 
     /// All passages of one place by both bodies (`find_collision_timing`).
-    pub(super) fn passages(mut self) -> Option<Passages> {
+    pub(super) fn passages(mut self, sought: Sought) -> Option<Passages> {
         let (Some(&first), Some(&last)) = (self.near.first(), self.near.last()) else { return None };
         // The very first instant, then slice by slice: first with the object ahead, then with the vehicle ahead.
         self.try_object_ahead(0, self.near, true);
@@ -108,7 +131,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let begin = first.saturating_sub(self.object_earlier_ticks);
         let end = (last + 1).min(self.ego.len() - 1).min(self.object.len());
         for base in begin..end {
-            if self.found.is_some_and(|found| found.worst.pet_ticks() == 0) {
+            if self.found.is_some_and(|found| found.is_settled(sought)) {
                 break;
             }
             while let [passed, rest @ ..] = near
@@ -131,18 +154,18 @@ impl<'a, 'b> Search<'a, 'b> {
             // The last slice is the last sample alone: it only stands in for slices that begin after it.
             let to = if ego == last { to.min(last) } else { to };
             self.first_ahead(ego, from..to, false).is_some()
-        }) || (last == 0 && self.passages().is_some())
+        }) || (last == 0 && self.passages(Sought::First).is_some())
     }
 
     /// Takes the first hit of a slice of the object with slices of the vehicle from the same tick on. `near` has those
     /// that come into question.
     fn try_object_ahead(&mut self, object: usize, near: &[usize], at_start: bool) {
-        let end = object + self.object_earlier_ticks;
+        let end = object + self.object_ahead;
         let around = self.object.bounds()[object];
         let bounds = self.ego.bounds();
         let mut hits = near
             .iter()
-            .take_while(|&&ego| ego <= end)
+            .take_while(|&&ego| ego < end)
             .filter(|&&ego| around.meets(&bounds[ego]))
             .map(|&ego| Hit { ego, object });
         if let Some(hit) = hits.find(|&hit| self.meet_and_begin(hit, at_start)) {
@@ -152,7 +175,7 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// Takes the first hit of a slice of the vehicle, if it is near, with slices of the object from the same tick on.
     fn try_ego_ahead(&mut self, ego: usize, is_near: bool, at_start: bool) {
-        let end = (ego + self.ego_earlier_ticks + 1).min(self.object.len());
+        let end = (ego + self.ego_ahead).min(self.object.len());
         if is_near && let Some(hit) = self.first_ahead(ego, ego..end, at_start) {
             self.take(hit);
         }
@@ -176,6 +199,10 @@ impl<'a, 'b> Search<'a, 'b> {
         self.meet(hit) && (!at_start || self.starts_meet(hit))
     }
 
+    /// Takes a hit, and narrows the search to hits that can still change what was found. Such a hit is closer in time
+    /// than the worst one: no other becomes the worst, and none takes the place of a first one that has the object ahead
+    /// (it would have to be further ahead than the first, which no hit inside the search range of the worst is). Only
+    /// where the first one has the vehicle ahead, one with the object as far ahead as the worst takes its place.
     fn take(&mut self, hit: Hit) {
         let found = self.found.get_or_insert(Passages { first: hit, worst: hit });
         if hit.pet_ticks() < found.first.pet_ticks().min(0) {
@@ -184,9 +211,10 @@ impl<'a, 'b> Search<'a, 'b> {
         if hit.pet_ticks().abs() < found.worst.pet_ticks().abs() {
             found.worst = hit;
         }
-        let ticks = found.worst.pet_ticks().unsigned_abs() as usize;
-        self.object_earlier_ticks = self.object_earlier_ticks.min(ticks);
-        self.ego_earlier_ticks = self.ego_earlier_ticks.min(ticks);
+        let closer = found.worst.pet_ticks().unsigned_abs() as usize;
+        let may_begin = usize::from(found.first.pet_ticks() > 0);
+        self.object_ahead = self.object_ahead.min(closer + may_begin);
+        self.ego_ahead = self.ego_ahead.min(closer);
     }
 
     #[inline]
@@ -214,7 +242,8 @@ mod tests {
     use super::*;
     use crate::parameters::{CollisionCheckParameters, ObjectClass, PerClass};
     use motion::VehicleInfo;
-    use motion::occupancy::{Deviation, PlanarPose};
+    use motion::occupancy::{Deviation, PlanarPose, slices_meet};
+    use proptest::prelude::*;
 
     /// A body at these places, 0.1 s apart.
     fn sweep(outline: &Outline, places: &[PlanarPose]) -> Sweep {
@@ -232,7 +261,7 @@ mod tests {
         parameters.drac.pet_margin.ego_earlier = PerClass::all(margin_s);
         parameters.drac.pet_margin.object_earlier = PerClass::all(margin_s);
         let settings = Settings::new(&parameters, &VehicleInfo::default());
-        let outline = Outline::rectangle(0.01, 0.01, 0.01, 0.01);
+        let outline = Outline::rectangle(0.05, 0.01, 0.02, 0.02);
         let (ego, object) = (sweep(&outline, ego), sweep(&outline, object));
         fn body<'a>(outline: &'a Outline, sweep: &'a Sweep) -> Body<'a> {
             Body { outline, sweep, slices: 0..sweep.len() }
@@ -246,8 +275,65 @@ mod tests {
         let windows = columns.get(&windows);
         let again = Search::new(ego.clone(), object.clone(), windows, of_class, &mut buffers);
         let has_passage = again.has_passage();
-        let found = Search::new(ego, object, windows, of_class, &mut buffers).passages();
+        let first = Search::new(ego.clone(), object.clone(), windows, of_class, &mut buffers);
+        let first = first.passages(Sought::First).map(|found| found.first);
+        let plain = plainly(&ego, &object, of_class);
+        let found = Search::new(ego, object, windows, of_class, &mut buffers).passages(Sought::FirstAndWorst);
         assert_eq!(has_passage, found.is_some());
+        assert_eq!(found, plain);
+        assert_eq!(first, plain.map(|plain| plain.first));
+        found
+    }
+
+    /// The same search, passing over nothing: every slice is compared with all those inside the range.
+    fn plainly(ego: &Body<'_>, object: &Body<'_>, of_class: &ClassSettings) -> Option<Passages> {
+        let mut hulls = HullBuffers::default();
+        let mut found: Option<Passages> = None;
+        let count = ego.len().saturating_sub(1).min(object.len());
+        for (base, at_start) in std::iter::once((0, true)).chain((0..count).map(|base| (base, false))) {
+            for object_is_ahead in [true, false] {
+                if found.is_some_and(|found| found.worst.pet_ticks() == 0) {
+                    return found;
+                }
+                let most =
+                    if object_is_ahead { of_class.object_earlier_ticks } else { of_class.ego_earlier_ticks };
+                let most =
+                    found.map_or(most, |found| most.min(found.worst.pet_ticks().unsigned_abs() as usize));
+                let hits = (base..=base + most).map(|later| {
+                    if object_is_ahead {
+                        Hit { ego: later, object: base }
+                    } else {
+                        Hit { ego: base, object: later }
+                    }
+                });
+                let meet = |hit: &Hit| {
+                    let (e, o) = (ego.slices.start + hit.ego, object.slices.start + hit.object);
+                    let start = |body: &Body<'_>, at: usize| body.sweep.slice(at).start;
+                    hit.ego < ego.len()
+                        && hit.object < object.len()
+                        && slices_meet(
+                            (ego.outline, ego.sweep, e),
+                            (object.outline, object.sweep, o),
+                            &mut hulls,
+                        )
+                        && (!at_start
+                            || placed_meet(
+                                (ego.outline, &start(ego, e)),
+                                (object.outline, &start(object, o)),
+                                &mut hulls,
+                            ))
+                };
+                if let Some(hit) = hits.into_iter().find(meet) {
+                    let known = found.get_or_insert(Passages { first: hit, worst: hit });
+                    if hit.pet_ticks() < known.first.pet_ticks() && hit.pet_ticks() < 0 {
+                        known.first = hit;
+                    }
+                    if hit.pet_ticks().abs() < known.worst.pet_ticks().abs() {
+                        known.worst = hit;
+                    }
+                }
+            }
+        }
         found
     }
 
@@ -295,5 +381,37 @@ mod tests {
         let found = search(&still, &still[..1], 1.0).unwrap();
         assert_eq!((found.first, found.worst), (Hit { ego: 0, object: 0 }, Hit { ego: 0, object: 0 }));
         assert!(search(&still[..1], &still, 1.0).is_some(), "a single sample");
+    }
+
+    /// A motion that winds: where it starts, how it turns and how fast it is in its first and in its second half.
+    fn winding((x, y, yaw): (f64, f64, f64), halves: [(f64, f64); 2], count: usize) -> Vec<PlanarPose> {
+        let mut pose = PlanarPose::new(x, y, yaw);
+        let mut yaw_rad = yaw;
+        let step = |k: usize| {
+            let (turn, speed) = halves[k * 2 / count];
+            let here = pose;
+            yaw_rad += 0.1 * turn;
+            let ahead = pose.ahead(0.1 * speed).position;
+            pose = PlanarPose::new(ahead.x, ahead.y, yaw_rad);
+            here
+        };
+        (0..count).map(step).collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        /// What the search passes over changes nothing (`search` compares it with a search that passes over nothing).
+        #[test]
+        fn finds_what_a_search_of_everything_finds(
+            ego in (-1.0..1.0_f64, -1.0..1.0_f64, -3.2..3.2_f64),
+            object in (-1.0..1.0_f64, -1.0..1.0_f64, -3.2..3.2_f64),
+            ego_halves in [(-2.0..2.0_f64, 0.0..2.0_f64), (-2.0..2.0_f64, 0.0..2.0_f64)],
+            object_halves in [(-2.0..2.0_f64, 0.0..2.0_f64), (-2.0..2.0_f64, 0.0..2.0_f64)],
+            (ego_count, object_count) in (2..60_usize, 2..60_usize),
+            margin_s in 0.0..1.5_f64,
+        ) {
+            search(&winding(ego, ego_halves, ego_count), &winding(object, object_halves, object_count), margin_s);
+        }
     }
 }
