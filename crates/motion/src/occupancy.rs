@@ -21,4 +21,4 @@ pub use box_tracks::{BoxCollision, BoxTracks};
 pub use contact::{HullBuffers, near_slices_meet, placed_meet, slices_meet};
 pub use outline::{Outline, PlanarPose};
 pub use profile::{SpeedProfile, arc_pose, turn_per_metre};
-pub use sweep::{Deviation, GROUP, SUBDIVISION_TURN_RAD, Slice, Sweep};
+pub use sweep::{Deviation, GROUP, Row, SUBDIVISION_TURN_RAD, Slice, Sweep};

@@ -137,6 +137,14 @@ impl Outline {
             && pairs.fold(true, |same, (a, b)| same & (a.x == b.x) & (a.y == b.y))
     }
 
+    /// True if this is a rectangle, and another outline lies in it or on its border.
+    #[must_use]
+    pub fn holds(&self, other: &Self) -> bool {
+        let (min, max) = (self.center - self.half, self.center + self.half);
+        let bounds = Bounds { min, max };
+        self.is_rectangle && (self == other || other.corners.iter().all(|&corner| bounds.holds(corner)))
+    }
+
     /// True if the outline is the box around it.
     #[must_use]
     #[inline]

@@ -60,17 +60,18 @@ pub struct Slice {
 }
 
 impl Slice {
-    fn new(radius_m: f64, start: PlanarPose, end: PlanarPose, deviation: &Deviation) -> Self {
+    #[inline]
+    fn new(radius_m: f64, start: &PlanarPose, end: &PlanarPose, deviation: &Deviation) -> Self {
         let cos = start.heading.dot(&end.heading);
         let (parts, half_turn_cos) = if cos > SUBDIVISION_COSINE {
-            (1, (0.5 + 0.5 * cos.min(1.0)).sqrt())
+            (1, (0.5 + 0.5 * if cos < 1.0 { cos } else { 1.0 }).sqrt())
         } else {
-            let turn = start.turn_to(&end);
+            let turn = start.turn_to(end);
             let parts = (turn / SUBDIVISION_TURN_RAD).ceil().max(1.0);
             (parts as u32, (turn / parts * 0.5).cos())
         };
         let growth_m = radius_m * (1.0 - half_turn_cos) + deviation.reach_m(radius_m);
-        Self { start, end, growth_m, parts }
+        Self { start: *start, end: *end, growth_m, parts }
     }
 
     /// True if the same poses are on the way.
@@ -119,21 +120,28 @@ impl Sweep {
 
     /// Adds a slice.
     pub fn push(&mut self, outline: &Outline, start: PlanarPose, end: PlanarPose, deviation: &Deviation) {
-        let slice = Slice::new(outline.radius_m(), start, end, deviation);
-        let (bounds, turned) =
-            if slice.parts == 1 { around_ends(outline, &slice) } else { around_turn(outline, &slice) };
-        let bounds = bounds.grown(slice.growth_m);
-        self.add_bounds(bounds);
-        self.boxes.push(turned);
-        self.slices.push(slice);
+        self.row(outline, &start).go(&end, deviation);
     }
 
-    /// Adds the last slice once more, that of a body that goes on standing. Nothing if there is none.
-    pub fn repeat_last(&mut self) {
-        let Some(&bounds) = self.bounds.last() else { return };
-        self.add_bounds(bounds);
-        self.boxes.extend_from_within(self.boxes.len() - 1..);
-        self.slices.extend_from_within(self.slices.len() - 1..);
+    /// Adds slices of one body, the first of which begins at a place.
+    #[inline]
+    pub fn row<'s>(&'s mut self, outline: &'s Outline, start: &PlanarPose) -> Row<'s> {
+        Row { last: Placed::new(outline, start), outline, sweep: self, stands: false }
+    }
+
+    /// Adds the last slice `count` times more, that of a body that goes on standing. Nothing if there is none.
+    pub fn repeat_last(&mut self, count: usize) {
+        let (Some(&slice), Some(&turned), Some(&bounds)) =
+            (self.slices.last(), self.boxes.last(), self.bounds.last())
+        else {
+            return;
+        };
+        let length = self.slices.len() + count;
+        self.slices.resize(length, slice);
+        self.boxes.resize(length, turned);
+        self.bounds.resize(length, bounds);
+        // The group that the last slice belongs to holds it already.
+        self.groups.resize(length.div_ceil(GROUP), bounds);
     }
 
     #[inline]
@@ -171,6 +179,14 @@ impl Sweep {
     #[inline]
     pub fn bounds(&self) -> &[Bounds] {
         &self.bounds
+    }
+
+    /// The slices whose boxes along the map axes meet a box, ascending.
+    pub fn near<'s>(&'s self, around: &'s Bounds) -> impl Iterator<Item = usize> + 's {
+        let groups = self.groups.iter().enumerate().filter(|(_, group)| group.meets(around));
+        groups
+            .flat_map(|(group, _)| group * GROUP..((group + 1) * GROUP).min(self.len()))
+            .filter(|&at| self.bounds[at].meets(around))
     }
 
     /// Boxes along the map axes around each [`GROUP`] slices: the first around slices 0 to [`GROUP`] - 1, and so on.
@@ -213,16 +229,71 @@ impl Sweep {
     }
 }
 
+/// Slices that are added one after the other: each end is where the next one starts, and is measured once.
+#[derive(Debug)]
+pub struct Row<'s> {
+    sweep: &'s mut Sweep,
+    outline: &'s Outline,
+    last: Placed,
+    /// True if the last slice is that of a body that stands.
+    stands: bool,
+}
+
+/// A body at a place.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    pose: PlanarPose,
+    /// The middle of the rectangle around it.
+    center: Point2,
+    bounds: Bounds,
+}
+
+impl Placed {
+    #[inline]
+    fn new(outline: &Outline, pose: &PlanarPose) -> Self {
+        Self { pose: *pose, center: outline.center_at(pose), bounds: outline.bounds_at(pose) }
+    }
+}
+
+impl Row<'_> {
+    /// Adds a slice from where the last one ended.
+    #[inline]
+    pub fn go(&mut self, end: &PlanarPose, deviation: &Deviation) {
+        let stands = end.is_same(&self.last.pose) && *deviation == Deviation::default();
+        if stands && self.stands {
+            return self.sweep.repeat_last(1);
+        }
+        self.stands = stands;
+        let to = Placed::new(self.outline, end);
+        let slice = Slice::new(self.outline.radius_m(), &self.last.pose, end, deviation);
+        let (bounds, turned) = if slice.parts == 1 {
+            around_ends(self.outline, &slice, &self.last, &to)
+        } else {
+            around_turn(self.outline, &slice)
+        };
+        self.sweep.add_bounds(bounds.grown(slice.growth_m));
+        self.sweep.boxes.push(turned);
+        self.sweep.slices.push(slice);
+        self.last = to;
+    }
+
+    /// The next slice begins at another place than where the last one ended.
+    pub fn restart(&mut self, start: &PlanarPose) {
+        self.last = Placed::new(self.outline, start);
+        self.stands = false;
+    }
+}
+
 /// The boxes around a slice that hardly turns, along the map axes without its growth and along its own heading with it.
 #[inline]
-fn around_ends(outline: &Outline, slice: &Slice) -> (Bounds, OrientedBox) {
+fn around_ends(outline: &Outline, slice: &Slice, from: &Placed, to: &Placed) -> (Bounds, OrientedBox) {
     let (start, end) = (&slice.start, &slice.end);
-    let bounds = outline.bounds_at(start).joined(&outline.bounds_at(end));
+    let bounds = from.bounds.joined(&to.bounds);
     // Halfway between both headings: the outline reaches as far across and along at one end as at the other.
     let axis = start.heading + end.heading;
     let axis = axis / axis.norm();
     let reach = outline.reach_along(Vector2::new(axis.dot(&start.heading), axis.perp(&start.heading)));
-    let (from, to) = (outline.center_at(start), outline.center_at(end));
+    let (from, to) = (from.center, to.center);
     let way = to - from;
     let turned = OrientedBox {
         center: from + way * 0.5,
@@ -234,6 +305,7 @@ fn around_ends(outline: &Outline, slice: &Slice) -> (Bounds, OrientedBox) {
 }
 
 /// The same for a slice that is divided.
+#[cold]
 fn around_turn(outline: &Outline, slice: &Slice) -> (Bounds, OrientedBox) {
     let (start, end) = (&slice.start, &slice.end);
     let sum = start.heading + end.heading;
@@ -271,15 +343,16 @@ mod tests {
         let outline = Outline::rectangle(3.8, 1.1, 0.9, 0.7);
         let (from, to) = (PlanarPose::new(0.0, 0.0, 0.2), PlanarPose::new(1.0, 0.5, 0.3));
         let mut repeated = Sweep::default();
-        repeated.repeat_last();
+        repeated.repeat_last(3);
         assert!(repeated.is_empty());
         let mut pushed = Sweep::default();
         for sweep in [&mut repeated, &mut pushed] {
             sweep.push(&outline, from, to, &Deviation::default());
             sweep.push(&outline, to, to, &Deviation::default());
         }
+        repeated.repeat_last(1);
+        repeated.repeat_last(2 * GROUP - 1);
         for _ in 0..2 * GROUP {
-            repeated.repeat_last();
             pushed.push(&outline, to, to, &Deviation::default());
         }
         assert_eq!((repeated.bounds(), repeated.groups()), (pushed.bounds(), pushed.groups()));
@@ -319,6 +392,53 @@ mod tests {
                 prop_assert!(turned.axis.dot(&d).abs() <= turned.half_length_m + 1e-6);
                 prop_assert!(turned.axis.perp(&d).abs() <= turned.half_width_m + 1e-6);
             }
+        }
+
+        /// The box around what an outline covers holds that around what a part of it covers, but for what is rounded.
+        #[test]
+        fn a_part_of_an_outline_covers_no_more(
+            (front, rear, left, right) in (0.5..5.0_f64, 0.5..2.0_f64, 0.5..1.5_f64, 0.5..1.5_f64),
+            (less_front, less_rear, less_aside) in (0.0..1.0_f64, 0.0..1.0_f64, 0.0..1.0_f64),
+            poses in proptest::collection::vec(any_pose(20.0), 2..20),
+            (position_m, heading) in (0.0..0.5_f64, 0.0..0.2_f64),
+            far in prop_oneof![Just(0.0), Just(1e5), Just(1e9)],
+        ) {
+            let whole = Outline::rectangle(front, rear, left, right);
+            let (front, rear) = (front - 0.5 * less_front, rear - 0.5 * less_rear);
+            let part = Outline::rectangle(front, rear, left - 0.5 * less_aside, right - 0.5 * less_aside);
+            prop_assert!(whole.holds(&part) && (part == whole || !part.holds(&whole)));
+            let deviation = Deviation { position_m, heading };
+            let at = |pose: &PlanarPose| PlanarPose { position: pose.position + Vector2::new(far, -far), ..*pose };
+            let swept = |outline: &Outline| {
+                let mut sweep = Sweep::default();
+                poses.windows(2).for_each(|pair| sweep.push(outline, at(&pair[0]), at(&pair[1]), &deviation));
+                sweep
+            };
+            let (swept, of_whole) = (swept(&part), swept(&whole));
+            for (part, whole) in swept.bounds().iter().zip(of_whole.bounds()) {
+                let whole = whole.grown(1e-6 + 1e-9 * far);
+                prop_assert!(whole.holds(part.min) && whole.holds(part.max));
+            }
+            let around = swept.bounds()[0].grown(10.0);
+            let near: Vec<usize> = swept.near(&around).collect();
+            let meets = |at: &usize| swept.bounds()[*at].meets(&around);
+            prop_assert_eq!(near, (0..swept.len()).filter(meets).collect::<Vec<_>>());
+        }
+
+        /// A row covers what its slices cover one by one, wherever it stands.
+        #[test]
+        fn a_row_is_its_slices(places in proptest::collection::vec((any_pose(6.0), 1..4_usize), 1..12)) {
+            let outline = Outline::rectangle(3.8, 1.1, 0.9, 0.7);
+            let poses: Vec<PlanarPose> =
+                places.iter().flat_map(|(pose, count)| std::iter::repeat_n(*pose, *count)).collect();
+            let (mut swept, mut pushed) = (Sweep::default(), Sweep::default());
+            let mut row = swept.row(&outline, &poses[0]);
+            for pair in poses.windows(2) {
+                row.go(&pair[1], &Deviation::default());
+                pushed.push(&outline, pair[0], pair[1], &Deviation::default());
+            }
+            prop_assert_eq!((swept.bounds(), swept.groups()), (pushed.bounds(), pushed.groups()));
+            prop_assert_eq!((swept.slices, swept.boxes), (pushed.slices, pushed.boxes));
         }
     }
 }

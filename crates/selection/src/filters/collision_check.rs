@@ -26,7 +26,7 @@ pub use drac::Method;
 pub use findings::{CollisionCause, CollisionMemo};
 
 use self::drac::{DracBuffers, EgoMotions, Evaluation, Outcome, Situation};
-use self::findings::{ContactBuffers, Finding, Findings, Tally, first_contact, judgement};
+use self::findings::{Finding, Findings, Tally, first_contact, judgement};
 use self::objects::{Object, Objects};
 use self::passage::Hit;
 pub(crate) use self::priority::PriorityMap;
@@ -42,7 +42,7 @@ use messages::autoware_vehicle_msgs::TurnIndicatorsCommand;
 use messages::nav_msgs::Odometry;
 use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
-use motion::occupancy::{Bounds, Deviation, GROUP, HullBuffers, Outline, Sweep, slices_meet};
+use motion::occupancy::{Bounds, Deviation, HullBuffers, PlanarPose, Sweep, slices_meet};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -58,9 +58,9 @@ const SAMPLED_PATH_S: f64 = 30.0;
 pub struct Workspace {
     ego: EgoMotions,
     drac: DracBuffers,
-    rss_sweep: Sweep,
+    rss_slice: Sweep,
+    rss_tail: Sweep,
     hulls: HullBuffers,
-    contact: ContactBuffers,
 }
 
 /// The filter with its settings, its memory of sensors and what it derived from the scene of this cycle.
@@ -286,7 +286,7 @@ impl CollisionCheckFilter {
         let ego_slice = work.ego.planned_sweep(place).slice(ego);
         let object_slice = self.objects.sweep.slice(first_slice + object_slice);
         let bodies = [(&self.settings.ego_outlines[place], ego_slice), (&object.outline, object_slice)];
-        let ratio = first_contact(bodies, &mut work.contact).unwrap_or(0.0);
+        let ratio = first_contact(bodies).unwrap_or(0.0);
         let resolution_s = self.settings.resolution_s;
         Finding {
             risk: evaluation.risk,
@@ -312,18 +312,13 @@ impl CollisionCheckFilter {
         if cycle.speed_mps <= 0.0 || !self.objects.objects.iter().any(|object| object.uses_rss) {
             return;
         }
-        let outline = &self.settings.rss_outline;
-        let sampled = self.sweep_path(outline, work);
-        let bounds = Bounds::around_all(work.rss_sweep.groups());
+        work.ego.plan_sweep(&self.settings, self.settings.rss_cover);
+        self.sweep_tail(work);
+        let planned = work.ego.planned_sweep(self.settings.rss_cover).groups();
+        let bounds = Bounds::around_all(planned).joined(&Bounds::around_all(work.rss_tail.groups()));
         for (place, object) in self.objects.objects.iter().enumerate().filter(|(_, object)| object.uses_rss) {
-            let Some(slice) = self.first_touch(place, object, &bounds, work) else { continue };
-            let (distance_m, time_s) = if slice < sampled {
-                let time_s = slice.saturating_sub(1) as f64 * self.settings.resolution_s;
-                (work.ego.planned.distances_m[slice], time_s)
-            } else {
-                // The start of a long slice between two points of the candidate.
-                work.ego.path.distance_and_time(self.first_tail_point(work) + slice - sampled)
-            };
+            let Some(touch) = self.first_touch(place, object, &bounds, work) else { continue };
+            let Touch { distance_m, time_s, .. } = touch;
             let of_class = &self.settings.class(object.class).rss;
             let object_mps = rss::longitudinal_velocity_mps(candidate, object);
             let required_mps2 =
@@ -334,52 +329,87 @@ impl CollisionCheckFilter {
             findings.show(Finding {
                 risk,
                 time_s,
-                place: work.rss_sweep.slice(slice).start,
+                place: touch.place,
                 object: object.id,
                 cause: CollisionCause::Distance { required_mps2 },
             });
         }
     }
 
-    /// Sweeps the whole path: first the first sample alone, then from sample to sample, then from point to point
-    /// where the samples end before the candidate does. Gives the number of sampled slices.
-    fn sweep_path(&self, outline: &Outline, work: &mut Workspace) -> usize {
-        let sweep = &mut work.rss_sweep;
-        let planned = &work.ego.planned;
-        sweep.clear();
-        let first = planned.poses[0];
-        sweep.push(outline, first, first, &Deviation::default());
-        planned.append_slices(outline, sweep);
-        let sampled = sweep.len();
-        let tail = self.first_tail_point(work);
-        let poses = work.ego.path.poses();
-        for pair in poses.get(tail..).unwrap_or_default().windows(2) {
-            work.rss_sweep.push(outline, pair[0], pair[1], &Deviation::default());
+    /// Sweeps the path from point to point where the samples end before the candidate does.
+    fn sweep_tail(&self, work: &mut Workspace) {
+        work.rss_tail.clear();
+        let tail = self.first_tail_point(&work.ego);
+        for pair in work.ego.path.poses().get(tail..).unwrap_or_default().windows(2) {
+            work.rss_tail.push(&self.settings.rss_outline, pair[0], pair[1], &Deviation::default());
         }
-        sampled
     }
 
     /// Index of the last point of the candidate that the samples reach; beyond the end if they reach them all.
-    fn first_tail_point(&self, work: &Workspace) -> usize {
-        let sampled_s = (work.ego.planned.poses.len() - 1) as f64 * self.settings.resolution_s;
-        work.ego.path.last_point_at(sampled_s)
+    fn first_tail_point(&self, ego: &EgoMotions) -> usize {
+        let sampled_s = ego.planned.steps() as f64 * self.settings.resolution_s;
+        ego.path.last_point_at(sampled_s)
     }
 
+    /// Where the path first touches an object where that is now: at the first sample, between two samples, or behind
+    /// them between two points of the candidate.
+    ///
+    /// The outline lies in the covering one, so what it covers between two samples lies in the box around what that one
+    /// covers, but for what is rounded: only samples whose box comes near the object are swept and looked at.
     fn first_touch(
         &self,
         place: usize,
         object: &Object,
         bounds: &Bounds,
         work: &mut Workspace,
-    ) -> Option<usize> {
-        let standing = &self.objects.standing;
-        let around = &standing.bounds()[place];
+    ) -> Option<Touch> {
+        let (outline, standing) = (&self.settings.rss_outline, &self.objects.standing);
+        let around = standing.bounds()[place];
+        let around = around.grown(rounding_m(&around.joined(bounds)));
         if !around.meets(bounds) {
             return None;
         }
-        let (outline, sweep, hulls) = (&self.settings.rss_outline, &work.rss_sweep, &mut work.hulls);
-        let near = sweep.groups().iter().enumerate().filter(|(_, group)| group.meets(around));
-        near.flat_map(|(group, _)| group * GROUP..((group + 1) * GROUP).min(sweep.len()))
-            .find(|&slice| slices_meet((outline, sweep, slice), (&object.outline, standing, place), hulls))
+        let Workspace { ego, rss_slice, rss_tail, hulls, .. } = work;
+        let mut touches =
+            |sweep: &Sweep, at| slices_meet((outline, sweep, at), (&object.outline, standing, place), hulls);
+        let planned = &ego.planned;
+        let touch = |sample: usize, step: usize| Touch {
+            distance_m: planned.distances_m[sample],
+            time_s: step as f64 * self.settings.resolution_s,
+            place: planned.poses[step],
+        };
+        for step in ego.planned_sweep(self.settings.rss_cover).near(&around) {
+            if step == 0 {
+                rss_slice.clear();
+                rss_slice.push(outline, planned.poses[0], planned.poses[0], &Deviation::default());
+                if touches(rss_slice, 0) {
+                    return Some(touch(0, 0));
+                }
+            }
+            if step < planned.steps() {
+                planned.sweep_step(step, outline, rss_slice);
+                if touches(rss_slice, 0) {
+                    return Some(touch(step + 1, step));
+                }
+            }
+        }
+        let slice = rss_tail.near(&around).find(|&slice| touches(rss_tail, slice))?;
+        // The start of a long slice between two points of the candidate.
+        let (distance_m, time_s) = ego.path.distance_and_time(self.first_tail_point(ego) + slice);
+        Some(Touch { distance_m, time_s, place: rss_tail.slice(slice).start })
     }
+}
+
+/// Where a path first touches an object.
+#[derive(Debug, Clone, Copy)]
+struct Touch {
+    distance_m: f64,
+    time_s: f64,
+    place: PlanarPose,
+}
+
+/// Far more than rounding moves the sides of a box \[m\], far less than matters.
+fn rounding_m(bounds: &Bounds) -> f64 {
+    let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
+    sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }

@@ -118,13 +118,14 @@ impl EgoMotions {
         self.bounds = Some(Bounds::around(points).grown(radius_m));
     }
 
-    fn plan_sweep(&mut self, settings: &Settings, outline: usize) {
+    /// Makes what the vehicle covers as planned, with one of the outlines.
+    pub(super) fn plan_sweep(&mut self, settings: &Settings, outline: usize) {
         if self.planned_sweeps[outline].is_empty() {
             self.planned.sweep(&settings.ego_outlines[outline], &mut self.planned_sweeps[outline]);
         }
     }
 
-    /// What the vehicle covers as planned, with one of the outlines; empty until an object came near.
+    /// What the vehicle covers as planned, with one of the outlines; empty until it was made.
     pub(super) fn planned_sweep(&self, outline: usize) -> &Sweep {
         &self.planned_sweeps[outline]
     }

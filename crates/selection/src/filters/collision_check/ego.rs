@@ -112,8 +112,9 @@ impl EgoPath {
         self.between(*cursor, ratio(&self.times_s, *cursor, time_s))
     }
 
-    /// Where the path is at a distance, clamped to its ends.
-    fn at_distance(&self, distance_m: f64) -> Place {
+    /// Where the path is at a distance, clamped to its ends. `cursor` speeds up distances that hardly change; start it
+    /// anywhere.
+    fn at_distance(&self, distance_m: f64, cursor: &mut usize) -> Place {
         let last = self.last();
         if distance_m <= 0.0 {
             return self.point(0, 0);
@@ -121,8 +122,18 @@ impl EgoPath {
         if distance_m >= self.distances_m[last] {
             return self.point(last, last + 1);
         }
+        // The number of points before the place. A braking motion goes on, but for what is rounded in its last moment.
+        let is_before = |at: usize| self.distances_m[at] < distance_m;
+        let mut next = (*cursor).min(last);
+        while next < last && is_before(next) {
+            next += 1;
+        }
+        while next > 0 && !is_before(next - 1) {
+            next -= 1;
+        }
+        *cursor = next;
         // The first piece for a distance that is not a number.
-        let next = self.distances_m.partition_point(|&at| at < distance_m).max(1);
+        let next = next.max(1);
         self.between(next, ratio(&self.distances_m, next, distance_m))
     }
 }
@@ -149,6 +160,8 @@ pub(super) struct EgoMotion {
     pub(super) distances_m: Vec<f64>,
     /// How the motion strays from the straight line to the next sample; none for the last sample.
     deviations: Vec<Deviation>,
+    /// How many of the last samples are the one before them again: the vehicle has come to a standstill.
+    standing: usize,
 }
 
 impl EgoMotion {
@@ -163,6 +176,7 @@ impl EgoMotion {
         self.poses.clear();
         self.distances_m.clear();
         self.deviations.clear();
+        self.standing = 0;
         let plan = braking.map(|braking| {
             let start = path.at_time(braking.start_s, resolution_s, &mut 0);
             // In reverse gear the speed is negative, and the vehicle brakes all the same.
@@ -171,44 +185,73 @@ impl EgoMotion {
         });
         let end_s = plan.map_or(f64::NEG_INFINITY, |(braking, _, _, stop_s)| braking.start_s + stop_s);
         let end_s = end_s.max(path.end_time_s());
-        let (mut cursor, mut previous): (usize, Option<Place>) = (0, None);
-        let mut standing: Option<Place> = None;
+        let is_over = |tick: u32| {
+            let time_s = f64::from(tick) * resolution_s;
+            time_s > end_s || time_s > horizon_s
+        };
+        let (mut by_time, mut by_distance) = (0, 0);
+        let mut previous: Option<Place> = None;
         for tick in 0_u32.. {
             let time_s = f64::from(tick) * resolution_s;
-            let place = match (plan, standing) {
-                (_, Some(standing)) => standing,
-                (Some((braking, start_m, speed_mps, stop_s)), _) if time_s > braking.start_s => {
+            let mut is_standing = false;
+            let place = match plan {
+                Some((braking, start_m, speed_mps, stop_s)) if time_s > braking.start_s => {
                     let since_s = (time_s - braking.start_s).min(stop_s);
                     let braked_m = (speed_mps + 0.5 * braking.acceleration_mps2 * since_s) * since_s;
-                    let place = path.at_distance(start_m + braked_m);
-                    standing = (since_s == stop_s).then_some(place);
-                    place
+                    is_standing = since_s == stop_s;
+                    path.at_distance(start_m + braked_m, &mut by_distance)
                 }
-                _ => path.at_time(time_s, resolution_s, &mut cursor),
+                _ => path.at_time(time_s, resolution_s, &mut by_time),
             };
-            if let Some(previous) = previous {
-                self.deviations.push(deviation(path, &previous, &place));
+            if let Some(previous) = &previous {
+                self.deviations.push(deviation(path, previous, &place));
             }
             self.poses.push(place.pose);
             self.distances_m.push(place.distance_m);
-            previous = Some(place);
-            if time_s > end_s || time_s > horizon_s {
+            if is_over(tick) {
                 break;
             }
+            if is_standing {
+                self.stand((tick..).take_while(|&tick| !is_over(tick)).count());
+                break;
+            }
+            previous = Some(place);
         }
     }
 
+    /// Adds the last sample `count` times more.
+    fn stand(&mut self, count: usize) {
+        let (Some(&pose), Some(&distance_m)) = (self.poses.last(), self.distances_m.last()) else { return };
+        self.standing = count;
+        self.poses.resize(self.poses.len() + count, pose);
+        self.distances_m.resize(self.distances_m.len() + count, distance_m);
+        self.deviations.resize(self.deviations.len() + count, Deviation::default());
+    }
+
+    /// Number of samples that another one follows.
+    pub(super) fn steps(&self) -> usize {
+        self.deviations.len()
+    }
+
+    /// Writes what the vehicle covers from one sample to the next.
+    pub(super) fn sweep_step(&self, step: usize, outline: &Outline, sweep: &mut Sweep) {
+        sweep.clear();
+        sweep.push(outline, self.poses[step], self.poses[step + 1], &self.deviations[step]);
+    }
+
     /// Appends what the vehicle covers from each sample to the next.
-    pub(super) fn append_slices(&self, outline: &Outline, sweep: &mut Sweep) {
-        let mut is_standing = false;
-        for (pair, deviation) in self.poses.windows(2).zip(&self.deviations) {
-            let stays = pair[0].is_same(&pair[1]) && *deviation == Deviation::default();
-            if stays && is_standing {
-                sweep.repeat_last();
-            } else {
-                sweep.push(outline, pair[0], pair[1], deviation);
-            }
-            is_standing = stays;
+    fn append_slices(&self, outline: &Outline, sweep: &mut Sweep) {
+        let Some(&first) = self.poses.first() else { return };
+        let moving = self.deviations.len() - self.standing;
+        let mut row = sweep.row(outline, &first);
+        for (end, deviation) in self.poses[1..].iter().zip(&self.deviations[..moving]) {
+            row.go(end, deviation);
+        }
+        if let Some(&stop) = self.poses.last()
+            && self.standing > 0
+        {
+            sweep.push(outline, stop, stop, &Deviation::default());
+            sweep.repeat_last(self.standing - 1);
         }
     }
 
@@ -226,7 +269,8 @@ impl EgoMotion {
 fn deviation(path: &EgoPath, from: &Place, to: &Place) -> Deviation {
     let mut deviation = Deviation::default();
     // A braking motion may fall back behind points that it passed at the same distance.
-    for via in path.poses.iter().take(to.next).skip(from.next) {
+    let passed = path.poses.get(from.next..to.next.min(path.poses.len())).unwrap_or_default();
+    for via in passed {
         deviation.pass(&from.pose, &to.pose, via);
     }
     deviation
@@ -238,6 +282,7 @@ mod tests {
     use crate::test_scene::{candidate_of, straight};
     use motion::occupancy::slices_meet;
     use motion::{Pose, TimeFromStart};
+    use proptest::prelude::*;
 
     fn path(points: usize, speed_mps: f32, offset_s: f64) -> EgoPath {
         let mut path = EgoPath::default();
@@ -346,5 +391,31 @@ mod tests {
         let mut path = EgoPath::default();
         path.fill(&candidate_of(points), 0.0);
         assert!(sampled(&path, None).poses.len() < 310);
+    }
+
+    proptest! {
+        /// A cursor, wherever it is, changes no place.
+        #[test]
+        fn a_place_does_not_depend_on_the_cursor(
+            steps in proptest::collection::vec(prop_oneof![Just(0.0), 0.0..3.0_f64], 1..30),
+            (ratio, cursor) in (-0.1..1.1_f64, 0..40_usize),
+        ) {
+            let mut path = EgoPath::default();
+            let mut x = 0.0;
+            for (k, step) in (0_u32..).zip(std::iter::once(&0.0).chain(&steps)) {
+                x += step;
+                path.times_s.push(f64::from(k));
+                path.distances_m.push(x);
+                path.speeds_mps.push(1.0);
+                path.poses.push(PlanarPose::new(x, 0.0, 0.0));
+            }
+            let distance_m = ratio * x;
+            let place = path.at_distance(distance_m, &mut { cursor });
+            prop_assert_eq!(place.distance_m, path.at_distance(distance_m, &mut 0).distance_m);
+            if distance_m > 0.0 && distance_m < x {
+                let before = path.distances_m.partition_point(|&at| at < distance_m).max(1);
+                prop_assert_eq!(place.next, before);
+            }
+        }
     }
 }

@@ -4,8 +4,7 @@ use super::drac::{Evaluation, Method};
 use crate::candidate::Candidate;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
 use messages::unique_identifier_msgs::Uuid;
-use motion::OrientedBox;
-use motion::occupancy::{BoxTracks, Outline, PlanarPose, Slice};
+use motion::occupancy::{Outline, PlanarPose, Slice};
 use smallvec::smallvec;
 use std::fmt;
 
@@ -81,12 +80,6 @@ impl CollisionMemo {
         let parts: Vec<String> = case.into_iter().chain(way).collect();
         (!parts.is_empty()).then(|| parts.join("; "))
     }
-}
-
-#[derive(Debug, Default)]
-pub(super) struct ContactBuffers {
-    boxes: Vec<OrientedBox>,
-    track: BoxTracks,
 }
 
 /// The worst risk of one kind, and the smallest acceleration found.
@@ -229,26 +222,21 @@ fn evidence(candidate: &Candidate, time_s: f64, finding: &Finding) -> Evidence {
 
 /// The part of both slices after which the two bodies first touch, if they are exactly in step. `None` if they do
 /// not: the slices meet, the bodies at equal times perhaps do not.
-pub(super) fn first_contact(bodies: [(&Outline, &Slice); 2], buffers: &mut ContactBuffers) -> Option<f64> {
+pub(super) fn first_contact(bodies: [(&Outline, &Slice); 2]) -> Option<f64> {
     let box_at = |body: usize, ratio: f64| {
         let (outline, slice) = bodies[body];
         outline.box_at(&slice.start.between(&slice.end, ratio))
     };
+    let touch_at = |ratio: f64| box_at(0, ratio).overlaps(&box_at(1, ratio));
     let ratio_of = |step: usize| step as f64 / CONTACT_STEPS as f64;
-    buffers.boxes.clear();
-    buffers.boxes.extend((0..=CONTACT_STEPS).map(|step| box_at(0, ratio_of(step))));
-    buffers.track.reset(1, CONTACT_STEPS + 1);
-    for step in 0..=CONTACT_STEPS {
-        buffers.track.set(0, step, &box_at(1, ratio_of(step)));
-    }
-    let step = buffers.track.first_collision(&buffers.boxes)?.step;
+    let step = (0..=CONTACT_STEPS).find(|&step| touch_at(ratio_of(step)))?;
     if step == 0 {
         return Some(0.0);
     }
     let (mut apart, mut touching) = (ratio_of(step - 1), ratio_of(step));
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (apart + touching);
-        if box_at(0, middle).overlaps(&box_at(1, middle)) {
+        if touch_at(middle) {
             touching = middle;
         } else {
             apart = middle;

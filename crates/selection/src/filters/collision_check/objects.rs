@@ -250,6 +250,8 @@ impl Objects {
         samples.extend(times_s.iter().map(|&time_s| self.at(way, profile.distance_m(time_s), &mut cursor)));
         let last = times_s.len() - 1;
         let (mut first, mut second) = (0, 0);
+        let mut row = sweep.row(outline, &samples[0].pose);
+        let mut reached = 0;
         for tick in 0_u32.. {
             let start_s = f64::from(tick) * resolution_s;
             let end_s = f64::from(tick + 1) * resolution_s;
@@ -263,8 +265,13 @@ impl Objects {
             while second < last && times_s[second] < end_s - TIME_SLACK_S {
                 second += 1;
             }
-            let (from, to) = (&samples[first], &samples[second.max(first)]);
-            sweep.push(outline, from.pose, to.pose, &self.deviation(way, from, to));
+            let end = second.max(first);
+            let (from, to) = (&samples[first], &samples[end]);
+            if first != reached {
+                row.restart(&from.pose);
+            }
+            row.go(&to.pose, &self.deviation(way, from, to));
+            reached = end;
         }
     }
 
@@ -310,7 +317,8 @@ impl Objects {
             }
             Way::Path(places) => {
                 let poses = &self.path_poses[places.clone()];
-                for via in poses.iter().take(to.next).skip(from.next) {
+                let passed = poses.get(from.next..to.next.min(poses.len())).unwrap_or_default();
+                for via in passed {
                     deviation.pass(&from.pose, &to.pose, via);
                 }
             }

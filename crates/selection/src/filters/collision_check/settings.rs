@@ -75,6 +75,8 @@ pub(super) struct Settings {
     pub(super) ego_outlines: Vec<Outline>,
     /// Outline of the vehicle for the distance assessment.
     pub(super) rss_outline: Outline,
+    /// Place of one of the other outlines that holds it.
+    pub(super) rss_cover: usize,
     pub(super) ego_stop: (f64, i64),
     pub(super) object_stop: (f64, i64),
 }
@@ -143,12 +145,19 @@ impl Settings {
         });
         let classes = classes.collect();
         let margin = &parameters.rss.ego_footprint_margin;
+        let rss_outline = outline(vehicle, margin.lateral, margin.front, margin.rear);
+        let rss_cover =
+            ego_outlines.iter().position(|other| other.holds(&rss_outline)).unwrap_or_else(|| {
+                ego_outlines.push(rss_outline.clone());
+                ego_outlines.len() - 1
+            });
         let stop = &drac.stop_tracking;
         Self {
             resolution_s,
             classes,
             ego_outlines,
-            rss_outline: outline(vehicle, margin.lateral, margin.front, margin.rear),
+            rss_outline,
+            rss_cover,
             ego_stop: (stop.ego.stopped_velocity_threshold, nanoseconds(stop.ego.history_timeout)),
             object_stop: (stop.object.stopped_velocity_threshold, nanoseconds(stop.object.history_timeout)),
         }
