@@ -2,54 +2,122 @@
 
 /// The candidate spelled most alike, none when nothing is similar. A candidate that ends with the wrong name (its
 /// group was forgotten) comes first; among equals the first one.
+///
+/// Names of other nodes may be many and long, so candidates are given up as soon as they are too far away.
 pub(crate) fn nearest<'a>(wrong: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     if wrong.is_empty() {
         return None;
     }
-    let limit = (wrong.chars().count() / 3).max(2);
-    candidates
-        .map(|name| (distance_or_suffix(wrong, name), name))
-        .filter(|(distance, _)| *distance <= limit)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, name)| name)
+    let mut limit = (wrong.chars().count() / 3).max(2);
+    let letters = small_letters(wrong);
+    let mut best = None;
+    for name in candidates {
+        let group_forgotten = name.strip_suffix(wrong).is_some_and(|rest| rest.ends_with(['.', ':']));
+        let distance =
+            if group_forgotten { Some(0) } else { edit_distance(&letters, &small_letters(name), limit) };
+        if let Some(distance) = distance {
+            best = Some(name);
+            // From here on only what is nearer counts.
+            limit = match distance.checked_sub(1) {
+                Some(less) => less,
+                None => break,
+            };
+        }
+    }
+    best
 }
 
-fn distance_or_suffix(wrong: &str, name: &str) -> usize {
-    let group_forgotten = name.strip_suffix(wrong).is_some_and(|rest| rest.ends_with(['.', ':']));
-    if group_forgotten { 0 } else { edit_distance(&wrong.to_lowercase(), &name.to_lowercase()) }
+fn small_letters(text: &str) -> Vec<char> {
+    text.chars().flat_map(char::to_lowercase).collect()
 }
 
-/// Number of insertions, deletions, replacements and swaps of neighbours from one text to the other.
-fn edit_distance(from: &str, to: &str) -> usize {
-    let (from, to): (Vec<char>, Vec<char>) = (from.chars().collect(), to.chars().collect());
-    let mut before: Vec<usize> = Vec::new();
+/// Number of insertions, deletions, replacements and swaps of neighbours from one text to the other, none if more
+/// than the limit.
+fn edit_distance(from: &[char], to: &[char], limit: usize) -> Option<usize> {
+    if from.len().abs_diff(to.len()) > limit {
+        return None;
+    }
+    let mut before: Vec<usize> = vec![0; to.len() + 1];
     let mut previous: Vec<usize> = (0..=to.len()).collect();
+    let mut current = before.clone();
+    let mut least_of_previous = 0;
     for (i, a) in from.iter().enumerate() {
-        let mut current = vec![i + 1];
+        current[0] = i + 1;
+        let mut least = i + 1;
         for (j, b) in to.iter().enumerate() {
             let mut cost = (previous[j] + usize::from(a != b)).min(previous[j + 1] + 1).min(current[j] + 1);
             if i > 0 && j > 0 && *a == to[j - 1] && from[i - 1] == *b {
                 cost = cost.min(before[j - 1] + 1);
             }
-            current.push(cost);
+            current[j + 1] = cost;
+            least = least.min(cost);
         }
-        before = std::mem::replace(&mut previous, current);
+        // Costs come from the last two rows and never fall.
+        if least.min(least_of_previous) > limit {
+            return None;
+        }
+        least_of_previous = least;
+        std::mem::swap(&mut before, &mut previous);
+        std::mem::swap(&mut previous, &mut current);
     }
-    previous.last().copied().unwrap_or_default()
+    previous.last().copied().filter(|distance| *distance <= limit)
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    fn distance(from: &str, to: &str, limit: usize) -> Option<usize> {
+        edit_distance(&small_letters(from), &small_letters(to), limit)
+    }
 
     #[test]
     fn distances() {
-        for (from, to, expected) in
-            [("", "", 0), ("a", "", 1), ("kitten", "sitting", 3), ("ab", "ba", 1), ("abc", "acb", 1)]
-        {
-            assert_eq!(edit_distance(from, to), expected, "{from} {to}");
-            assert_eq!(edit_distance(to, from), expected, "{to} {from}");
+        for (from, to, expected) in [
+            ("", "", 0),
+            ("a", "", 1),
+            ("kitten", "sitting", 3),
+            ("ab", "ba", 1),
+            ("abc", "acb", 1),
+            ("abcdef", "badcfe", 3),
+            ("xxxxyz", "zy", 5),
+        ] {
+            for limit in 0..8 {
+                let expected = (expected <= limit).then_some(expected);
+                assert_eq!(distance(from, to, limit), expected, "{from} {to} {limit}");
+                assert_eq!(distance(to, from, limit), expected, "{to} {from} {limit}");
+            }
         }
+    }
+
+    proptest! {
+        #[test]
+        fn a_limit_only_leaves_out(from in "[abc]{0,9}", to in "[abc]{0,9}", limit in 0_usize..10) {
+            let whole = distance(&from, &to, usize::MAX).unwrap();
+            prop_assert_eq!(distance(&from, &to, limit), (whole <= limit).then_some(whole));
+        }
+
+        #[test]
+        fn the_first_of_the_nearest_is_found(
+            wrong in "[abc]{1,6}",
+            names in proptest::collection::vec("[abc.]{0,8}", 0..6),
+        ) {
+            let of = |name: &str| {
+                let group_forgotten = name.strip_suffix(wrong.as_str()).is_some_and(|rest| rest.ends_with('.'));
+                if group_forgotten { 0 } else { distance(&wrong, name, usize::MAX).unwrap() }
+            };
+            let near = names.iter().filter(|name| of(name) <= 2);
+            let expected = near.min_by_key(|name| of(name)).map(String::as_str);
+            prop_assert_eq!(nearest(&wrong, names.iter().map(String::as_str)), expected);
+        }
+    }
+
+    #[test]
+    fn long_names_of_others_are_given_up_at_once() {
+        let wrong = "x".repeat(1 << 20);
+        assert_eq!(nearest(&wrong, ["safety.scale"].into_iter()), None);
     }
 
     #[test]
