@@ -2,7 +2,7 @@
 //! panics.
 
 use super::open_space_scene::Hundredths;
-use super::texts::no_filter_panicked;
+use super::texts::{SCRATCH, no_filter_panicked};
 use arbitrary::{Arbitrary, Unstructured};
 use lanelet_map::{Map, MapBuilder, Member};
 use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory, GeneratorInfo};
@@ -22,7 +22,7 @@ use selection::parameters::{RankerParameters, ValidatorParameters};
 use selection::pipeline::judge_in_order;
 use selection::ranker::GeneratorSource;
 use selection::scene::{Epoch, HdMap};
-use selection::{Candidate, Concatenator, Pipeline, Ranker, Scene, Scratch, Validator};
+use selection::{Candidate, Concatenator, Pipeline, Ranker, Scene, Validator};
 use std::sync::{Arc, LazyLock};
 
 const START_S: i32 = 1_000;
@@ -314,7 +314,6 @@ pub fn cycle(bytes: &[u8]) {
     let far_m = if drawn.is_far_away { 90_000.0 } else { 0.0 };
     let mut pipeline = pipeline(&VehicleInfo::default());
     let mut concatenator = Concatenator::new(FRESH_S);
-    let mut scratch = Scratch::default();
     let mut now = Time { sec: START_S, nanosec: 0 };
     for moment in drawn.moments.iter().take(4) {
         now = Time::from_nanoseconds(now.nanoseconds() + i64::from(moment.passed) * 1_000_000);
@@ -329,9 +328,8 @@ pub fn cycle(bytes: &[u8]) {
             generator_info: (0..3).map(known).collect(),
         });
         let concatenated = concatenator.get(now);
-        let scratch = std::cell::RefCell::new(&mut scratch);
         let judge = |validator: &Validator, scene: &Scene, candidates: &[Candidate]| {
-            judge_in_order(validator, scene, candidates, &mut scratch.borrow_mut(), || 0)
+            SCRATCH.with_borrow_mut(|scratch| judge_in_order(validator, scene, candidates, scratch, || 0))
         };
         let step = pipeline.step(&scene, &concatenated, &judge, || 0);
         step.verdicts.iter().for_each(no_filter_panicked);

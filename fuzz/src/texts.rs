@@ -7,6 +7,7 @@ use selection::filters::CLASSES;
 use selection::parameters::ValidatorParameters;
 use selection::verdict::Failure;
 use selection::{Scratch, Validator, Verdict};
+use std::cell::RefCell;
 use std::ffi::OsString;
 use std::path::Path;
 use std::str;
@@ -73,6 +74,11 @@ pub fn parking_scene(bytes: &[u8]) {
 /// Most points, objects and so on of a sequence that is not only read but judged: bytes are a measure of them.
 const MAX_JUDGED_BYTES: usize = 8_000;
 
+thread_local! {
+    /// As in a node: made once, and never a memory of what was judged before.
+    pub(crate) static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::default());
+}
+
 /// A sequence for `verify`, and all filters on it, whatever it wants.
 pub fn verify_scene(bytes: &[u8]) {
     static MAP: LazyLock<std::sync::Arc<lanelet_map::Map>> =
@@ -87,9 +93,8 @@ pub fn verify_scene(bytes: &[u8]) {
         ..sequence.parameters.clone()
     };
     let mut validator = Validator::new(parameters, &sequence.vehicle).expect("these filters are built");
-    let mut scratch = Scratch::default();
     for cycle in &sequence.cycles {
-        let verdicts = verify::run_cycle(&mut validator, cycle, &mut scratch);
+        let verdicts = SCRATCH.with_borrow_mut(|scratch| verify::run_cycle(&mut validator, cycle, scratch));
         assert_eq!(verdicts.len(), cycle.candidates.len());
         verdicts.iter().for_each(no_filter_panicked);
     }
