@@ -38,8 +38,8 @@ pub struct Connection {
     pub type_name: Arc<str>,
     /// How payloads are encoded; `cdr` in ROS 2.
     pub serialization: String,
-    /// Definition of the type, if recorded.
-    pub schema: Option<SchemaText>,
+    /// Definition of the type, if recorded; connections of one type share it.
+    pub schema: Option<Arc<SchemaText>>,
     /// QoS profiles of the publishers as YAML text, if recorded.
     pub offered_qos: Option<String>,
     /// Messages in the recording; in a recording that was cut off, those that are intact.
@@ -51,6 +51,15 @@ impl Connection {
     #[must_use]
     pub fn is_cdr(&self) -> bool {
         self.serialization == "cdr"
+    }
+
+    /// Whether both are the same but for the number of their messages.
+    fn is_like(&self, other: &Self) -> bool {
+        self.topic == other.topic
+            && self.type_name == other.type_name
+            && self.serialization == other.serialization
+            && self.schema == other.schema
+            && self.offered_qos == other.offered_qos
     }
 }
 

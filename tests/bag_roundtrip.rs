@@ -3,7 +3,7 @@
 #[path = "bag_support/recordings.rs"]
 mod recordings;
 
-use std::{fs, io::Cursor};
+use std::{fs, io::Cursor, sync::Arc};
 
 use proptest::prelude::*;
 use recordings::{Sample, TOPICS, foreign_ways, in_order, read, read_bytes, record, record_with, samples};
@@ -45,6 +45,29 @@ fn a_recording_reads_back_as_it_was_written() {
     assert_eq!(summary.bytes, bytes.len() as u64);
     let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(summary.sha256, digest);
+}
+
+#[test]
+fn channels_that_name_one_schema_share_its_text() {
+    let record = |opcode: u8, body: &[u8]| [&[opcode], &(body.len() as u64).to_le_bytes()[..], body].concat();
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let mut bytes = b"\x89MCAP0\r\n".to_vec();
+    let schema = [vec![1, 0], text("a/msg/B"), text("ros2msg"), text("int8 a\n")].concat();
+    bytes.extend(record(3, &schema));
+    for channel in 0..3_u16 {
+        let id = channel.to_le_bytes().to_vec();
+        let channel = [id, vec![1, 0], text(&format!("/{channel}")), text("cdr"), vec![0; 4]].concat();
+        bytes.extend(record(4, &channel));
+    }
+    let reader = Reader::from_mcap("shared.mcap", Cursor::new(bytes)).unwrap();
+    let [first, rest @ ..] = reader.connections() else { panic!("three channels") };
+    assert_eq!((&*first.type_name, rest.len()), ("a/msg/B", 2));
+    let schema = first.schema.as_ref().unwrap();
+    assert_eq!((schema.encoding.as_str(), schema.text.as_str()), ("ros2msg", "int8 a\n"));
+    for other in rest {
+        assert!(Arc::ptr_eq(schema, other.schema.as_ref().unwrap()));
+        assert!(Arc::ptr_eq(&first.type_name, &other.type_name));
+    }
 }
 
 #[test]

@@ -127,6 +127,27 @@ fn the_files_of_a_folder_read_as_one_recording() {
     assert_eq!(read(reader).samples, in_order(&twice));
 }
 
+/// One that counts without end would be read for ever; this one would be read as a recording.
+#[test]
+fn a_view_in_place_of_a_table_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (table, columns) in [
+        ("topics", "1 id, '/a' name, 't' type, 'cdr' serialization_format, '' offered_qos_profiles"),
+        ("messages", "1 id, 1 topic_id, 1 timestamp, x'00' data"),
+        ("message_definitions", "1 id, 't' topic_type, 'e' encoding, 'd' encoded_message_definition"),
+    ] {
+        let path = folder.path().join(format!("{table}.db3"));
+        record_sqlite(&path, &[], Age::Jazzy);
+        let database = rusqlite::Connection::open(&path).unwrap();
+        database
+            .execute_batch(&format!("drop table {table}; create view {table} as select {columns}"))
+            .unwrap();
+        drop(database);
+        let refused = bag::open(&path).unwrap_err().to_string();
+        assert!(refused.contains("prohibited"), "{table}: {refused}");
+    }
+}
+
 #[test]
 fn unwanted_payloads_are_not_fetched() {
     let folder = tempfile::tempdir().unwrap();

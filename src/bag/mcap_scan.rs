@@ -22,6 +22,8 @@ const MAX_DEFINITION_BYTES: u64 = 64 << 20;
 const CHUNK_FRONT_BYTES: u64 = 128;
 /// Messages outside chunks are loaded in runs of about this size, in bytes.
 const RUN_BYTES: u64 = 1 << 20;
+/// Read at once for a checksum, in bytes.
+const CRC_BUFFER_BYTES: u64 = 256 << 10;
 const FOOTER_LEN: u64 = 20;
 
 #[derive(Debug, Default)]
@@ -298,7 +300,7 @@ fn check_data_crc(file: &mut McapFile, walk: &Walk) -> Result<(), BagError> {
 
 fn crc(file: &mut McapFile, mut from: u64, to: u64) -> Result<u32, BagError> {
     let mut hasher = crc32fast::Hasher::new();
-    let mut buffer = vec![0; 256 << 10];
+    let mut buffer = vec![0; to.saturating_sub(from).min(CRC_BUFFER_BYTES) as usize];
     while from < to {
         let len = (to - from).min(buffer.len() as u64) as usize;
         file.read_at(from, &mut buffer[..len])?;
@@ -352,17 +354,22 @@ fn survey_block(
 }
 
 fn connect(file: &mut McapFile, definitions: Definitions, counts: &BTreeMap<u16, u64>) -> Vec<Connection> {
+    let shared = |schema: SchemaRecord| -> (Arc<str>, Option<Arc<SchemaText>>) {
+        let text = String::from_utf8_lossy(&schema.text).into_owned();
+        let text = (!text.is_empty()).then(|| Arc::new(SchemaText { encoding: schema.encoding, text }));
+        (schema.name.into(), text)
+    };
+    // Made once for each schema: thousands of channels may name the same one.
+    let schemas: BTreeMap<u16, _> =
+        definitions.schemas.into_iter().map(|(id, schema)| (id, shared(schema))).collect();
     let mut connections = Vec::with_capacity(definitions.channels.len());
     for (id, channel) in definitions.channels {
-        let schema = definitions.schemas.get(&channel.schema_id);
+        let (type_name, schema) = schemas.get(&channel.schema_id).cloned().unwrap_or(("".into(), None));
         connections.push(Connection {
             topic: channel.topic.as_str().into(),
-            type_name: schema.map_or("", |schema| schema.name.as_str()).into(),
+            type_name,
             serialization: channel.encoding.clone(),
-            schema: schema.filter(|schema| !schema.text.is_empty()).map(|schema| SchemaText {
-                encoding: schema.encoding.clone(),
-                text: String::from_utf8_lossy(&schema.text).into_owned(),
-            }),
+            schema,
             offered_qos: channel.metadata.get("offered_qos_profiles").cloned(),
             message_count: counts.get(&id).copied().unwrap_or(0),
         });

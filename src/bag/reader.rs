@@ -178,10 +178,7 @@ impl Reader {
 
     /// The number of a connection; files of one recording repeat each other's.
     fn join(&mut self, connection: Connection) -> usize {
-        let same = |known: &Connection| {
-            Connection { message_count: connection.message_count, ..known.clone() } == connection
-        };
-        if let Some(number) = self.connections.iter().position(same) {
+        if let Some(number) = self.connections.iter().position(|known| known.is_like(&connection)) {
             self.connections[number].message_count += connection.message_count;
             return number;
         }

@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, fs::File, io::Read, path::Path, sync::Arc};
 
-use rusqlite::{OpenFlags, Row, types::ValueRef};
+use rusqlite::{OpenFlags, Row, config::DbConfig, types::ValueRef};
 
 use super::{
     BagError, Connection, SchemaText,
@@ -81,6 +81,9 @@ fn connect(path: &Path, file: &Path) -> Result<rusqlite::Connection, BagError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let open = |target: &Path, flags| {
         let database = rusqlite::Connection::open_with_flags(target, flags)?;
+        // A view in place of a table can have rows without end; and what a schema calls is not trusted either.
+        database.set_db_config(DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false)?;
+        database.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
         database.query_row("select count(*) from sqlite_master", [], |_| Ok(()))?; // opening alone reads nothing
         Ok(database)
     };
@@ -131,7 +134,9 @@ fn topics(database: &rusqlite::Connection) -> rusqlite::Result<(Vec<Connection>,
 }
 
 /// Schema texts by type name; recorders before Iron store none.
-fn message_definitions(database: &rusqlite::Connection) -> rusqlite::Result<BTreeMap<String, SchemaText>> {
+fn message_definitions(
+    database: &rusqlite::Connection,
+) -> rusqlite::Result<BTreeMap<String, Arc<SchemaText>>> {
     if columns(database, "message_definitions")?.is_empty() {
         return Ok(BTreeMap::new());
     }
@@ -142,6 +147,7 @@ fn message_definitions(database: &rusqlite::Connection) -> rusqlite::Result<BTre
         .query_map([], |row| Ok((row.get(0)?, SchemaText { encoding: row.get(1)?, text: row.get(2)? })))?;
     definitions
         .filter(|definition| !matches!(definition, Ok((_, schema)) if schema.text.is_empty()))
+        .map(|definition| definition.map(|(type_name, schema)| (type_name, Arc::new(schema))))
         .collect()
 }
 
