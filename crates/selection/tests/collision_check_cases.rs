@@ -99,6 +99,19 @@ fn distance_to_a_stopped_object() {
     );
 }
 
+/// What is left of a candidate whose last moment has passed is the place where it ends.
+#[test]
+fn the_end_of_a_candidate_in_the_past_counts() {
+    let mut message = (*candidate(Arc2::line(0.0, 0.0, 0.0), 10.0, 2).message).clone();
+    message.header.stamp.sec -= 1;
+    let past = candidate_of(message);
+    for (x, is_met) in [(6.4, true), (7.4, true), (9.5, false), (-4.4, false)] {
+        let car = object(1, CAR, Arc2::line(x, 0.0, 0.0), 0.0, 5.0, 1.0);
+        let metric = judge(&scene(10.0, vec![car]), &past, &shipped()).metrics[2];
+        assert_eq!(metric.value == f64::NEG_INFINITY, is_met, "{x}: {metric:?}");
+    }
+}
+
 /// Beyond the sampled part of a very slow candidate the path itself is looked at.
 #[test]
 fn the_whole_path_counts_however_long_it_takes() {
