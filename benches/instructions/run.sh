@@ -18,10 +18,14 @@ filters="crosswalk_filter traffic_light_filter uncrossable_boundary_departure_fi
 [ -d "$scenes" ] || { echo "the recorded scenes are missing: $scenes" >&2; exit 1; }
 command -v valgrind >/dev/null || { echo "valgrind is missing: install it" >&2; exit 1; }
 
-program="${PROGRAM:-$(cargo bench --no-run --bench filters 2>&1 | sed -n 's/.*(\(.*filters-[0-9a-f]*\)).*/\1/p')}"
-[ -x "$program" ] || { echo "benches/filters.rs could not be built" >&2; exit 1; }
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
+if [ -z "${PROGRAM:-}" ]; then
+    cargo bench --no-run --bench filters > "$work/build" 2>&1 || { cat "$work/build" >&2; exit 1; }
+    PROGRAM="$(sed -n 's/.*(\(.*filters-[0-9a-f]*\)).*/\1/p' "$work/build")"
+fi
+program="$PROGRAM"
+[ -x "$program" ] || { echo "no program that can be run: $program" >&2; exit 1; }
 
 for scene in "$scenes"/*.json; do
     name="$(basename "$scene" .json)"
