@@ -115,7 +115,7 @@ pub enum ProblemKind {
         limit: u64,
     },
     /// The document holds more values than any parameter file.
-    #[error("the document holds more than {limit} values")]
+    #[error("the document holds more than {limit} values, with the copies that anchors and aliases make")]
     TooManyValues {
         /// The limit.
         limit: usize,

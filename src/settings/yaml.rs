@@ -11,8 +11,10 @@ use granit_parser::{Event, Parser, ScalarStyle, ScanError, Span};
 use super::problem::{Position, ProblemKind};
 use super::value::ParameterValue;
 
-/// Nodes of one document, aliases expanded, beyond which it is refused.
+/// Nodes of one document, copies for anchors and aliases included, beyond which it is refused.
 const MAX_NODES: usize = 100_000;
+/// Text that costs as much as a node where it is copied, in bytes.
+const TEXT_PER_NODE: usize = 32;
 
 /// A YAML value and where it begins.
 #[derive(Clone, Debug)]
@@ -145,6 +147,7 @@ impl<'text> Reader<'text> {
         };
         let node = Node { at, content };
         if anchor != 0 {
+            self.count(size(&node), at)?;
             self.anchors.insert(anchor, node.clone());
         }
         Ok(node)
@@ -181,8 +184,8 @@ impl<'text> Reader<'text> {
         let Some(node) = self.anchors.get(&anchor) else {
             return Err((at, ProblemKind::Syntax { reason: "an alias inside its own anchor".to_owned() }));
         };
-        let node = Node { at, ..node.clone() };
-        self.count(size(&node), at)?;
+        let (size, node) = (size(node), Node { at, ..node.clone() });
+        self.count(size, at)?;
         Ok(node)
     }
 
@@ -219,11 +222,16 @@ fn scalar(text: &str, style: ScalarStyle, tag: Option<&str>) -> Result<Parameter
     }
 }
 
+/// What a copy costs, in nodes.
 fn size(node: &Node) -> usize {
-    1 + match &node.content {
-        Content::Scalar(_) => 0,
-        Content::Sequence(items) => items.iter().map(size).sum(),
-        Content::Mapping(entries) => entries.iter().map(|(_, node)| 1 + size(node)).sum(),
+    let of_text = |text: &str| 1 + text.len() / TEXT_PER_NODE;
+    match &node.content {
+        Content::Scalar(ParameterValue::String(text)) => of_text(text),
+        Content::Scalar(_) => 1,
+        Content::Sequence(items) => 1 + items.iter().map(size).sum::<usize>(),
+        Content::Mapping(entries) => {
+            1 + entries.iter().map(|(key, node)| of_text(&key.text) + size(node)).sum::<usize>()
+        }
     }
 }
 
@@ -293,6 +301,21 @@ mod tests {
             text += &format!("a{level}: &a{level} [{}]\n", [alias.as_str(); 10].join(", "));
         }
         assert!(matches!(parse(&text), Err((_, ProblemKind::TooManyValues { .. }))));
+    }
+
+    #[test]
+    fn long_texts_and_nested_anchors_cannot_be_copied_without_bound() {
+        let refused = |text: &str| matches!(parse(text), Err((_, ProblemKind::TooManyValues { .. })));
+        let long = "x".repeat(1 << 16);
+        assert!(!refused(&format!("[&a {long}, *a, *a]")));
+        assert!(refused(&format!("[&a {long}{}]", ", *a".repeat(1_000))));
+        assert!(refused(&format!("[&a {{{}: 1}}{}]", &long[..1_000], ", *a".repeat(10_000))));
+        let nested = |anchor: fn(usize) -> String| {
+            let open: String = (0..100).map(|level| format!("{}[", anchor(level))).collect();
+            format!("{open}{}{}", "x, ".repeat(10_000), "]".repeat(100))
+        };
+        assert!(!refused(&nested(|_| String::new())));
+        assert!(refused(&nested(|level| format!("&a{level} "))));
     }
 
     #[test]
