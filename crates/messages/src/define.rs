@@ -94,7 +94,7 @@ macro_rules! message {
                 });)*
             }
 
-            #[inline]
+            #[inline(always)]
             fn decode(
                 reader: &mut $crate::cdr::Reader<'_>,
             ) -> Result<Self, $crate::cdr::DecodeErrorKind> {

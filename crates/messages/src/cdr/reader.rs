@@ -56,7 +56,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The bytes of one primitive, aligned to its size.
-    #[inline]
+    #[inline(always)]
     pub(super) fn take<const N: usize>(&mut self) -> Result<[u8; N], DecodeErrorKind> {
         let start = self.position.next_multiple_of(N);
         let taken = self.body.get(start..).and_then(|rest| rest.first_chunk::<N>());
@@ -89,10 +89,12 @@ impl<'a> Reader<'a> {
             values.push(T::decode(self)?);
         }
         let (blocks, _) = self.body[self.position..].as_chunks::<N>();
-        for block in blocks.iter().take(count - values.len()) {
-            values.push(T::decode(&mut Self { body: block, position: 0, ..*self })?);
-            self.position += N;
+        let blocks = &blocks[..blocks.len().min(count - values.len())];
+        for block in blocks {
+            let mut reader = Self { body: block, position: 0, ..*self };
+            values.push(T::decode(&mut reader)?);
         }
+        self.position += N * blocks.len();
         // Too few bytes for the last ones: the reader says how many are missing.
         while values.len() < count {
             values.push(T::decode(self)?);

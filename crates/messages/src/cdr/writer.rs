@@ -39,7 +39,7 @@ impl Writer {
     }
 
     /// One primitive, aligned to its size.
-    #[inline]
+    #[inline(always)]
     pub(super) fn put<const N: usize>(&mut self, value: [u8; N]) {
         let start = (self.end - ENCAPSULATION_BYTES).next_multiple_of(N) + ENCAPSULATION_BYTES;
         if self.bytes.len() < start + N {
