@@ -50,7 +50,7 @@ use open_space::vehicle_model::VehicleState;
 use open_space::{Gear, Limits, PlanarPose};
 pub use planning_thread::{MakePlanner, PlanJob, PlanningThread};
 use selection::Scene;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use selection::panics::caught;
 use std::sync::Arc;
 use std::time::Duration;
 use surroundings::Surroundings;
@@ -164,16 +164,17 @@ impl OpenSpace {
         let frame_id = &odometry.header.frame_id;
         let at = Placement { stamp: scene.now, frame_id, z: vehicle.z };
         // What a panic leaves behind is not used again: the goal is given up.
-        match catch_unwind(AssertUnwindSafe(|| self.decide(scene, vehicle, frame_id))) {
+        match caught(|| self.decide(scene, vehicle, frame_id)) {
             Ok(None) => {}
             Ok(Some(Ok(output))) => {
                 self.note(&output);
                 self.add(Some(&output.command), &at);
             }
             Ok(Some(Err(why))) => self.hold(&vehicle, &why, &at),
-            Err(_) => {
+            Err(panic) => {
                 error!(
-                    "the open-space provider panicked; its goal is given up. This is a defect, please report it"
+                    "the open-space provider panicked: {panic}; its goal is given up. This is a defect, please \
+                     report it"
                 );
                 self.set_region(None, &Placement { stamp: scene.now, frame_id: "", z: 0.0 });
             }

@@ -10,8 +10,7 @@ use open_space::provider::{
     Job, Outcome, PlanFailure, Planned, PlanningWorker, WorkerNotStarted, WorkerState,
 };
 use open_space::{Interruption, Watch, watched_by};
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use selection::panics::caught;
 use std::time::{Duration, Instant};
 
 /// Plans one job; asks often whether planning was called off. Stays on the planning thread.
@@ -177,13 +176,8 @@ pub(super) fn plan(
     watch: &Watch,
 ) -> Result<Outcome, PlanFailure> {
     let planning = || planner.get_or_insert_with(|| make_planner())(job, watch);
-    catch_unwind(AssertUnwindSafe(planning)).unwrap_or_else(|panic| {
+    caught(planning).unwrap_or_else(|message| {
         *planner = None;
-        Err(PlanFailure::Panicked { message: panic_message(panic.as_ref()) })
+        Err(PlanFailure::Panicked { message })
     })
-}
-
-fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
 }
