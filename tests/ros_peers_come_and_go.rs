@@ -127,7 +127,9 @@ fn a_map_of_20_mb_arrives_late_and_delays_no_cycle() {
         let _server = sender.join().unwrap();
         node.wait_for_line(&["Map 1:", "72500 lanelets"]);
         eprintln!("the map took {took:.2?}, meanwhile the slowest of {cycles} cycles {slowest:.2?}");
-        assert!(slowest < Duration::from_secs(2), "a cycle waited {slowest:?} while the map came");
+        // A cycle that waited for the map would take most of that time; the machine itself may stand still for a while.
+        let limit = Duration::from_secs(2).max(took / 2);
+        assert!(slowest < limit, "a cycle waited {slowest:?} of the {took:?} while the map came");
         node.stop("INT");
     });
 }
@@ -181,15 +183,15 @@ fn leaving_is_said_and_does_not_take_long() {
             planner.cycle(1);
             let stopped = node.stop(signal);
             assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);
-            // A cycle may take 100 ms of judging; the rest is for a busy machine.
-            assert!(stopped.took < Duration::from_millis(1500), "SIG{signal}: {:?}", stopped.took);
+            // A cycle may take 100 ms of judging; the rest is for a machine that is held up.
+            assert!(stopped.took < Duration::from_secs(8), "SIG{signal}: {:?}", stopped.took);
             eprintln!("SIG{signal}: ended {:.0?} after it", stopped.took);
             assert_eq!(stopped.json["ok"], true);
             assert!(stopped.json["cycles"]["anchor"].as_u64().unwrap() >= 1);
             // A lease would take ten seconds or more.
             for endpoint in [planner.anchors, planner.concatenated] {
                 let waited = planner.peer.wait_for_peers(endpoint, 0);
-                assert!(waited < Duration::from_secs(5), "SIG{signal}: seen as gone after {waited:?}");
+                assert!(waited < Duration::from_secs(8), "SIG{signal}: seen as gone after {waited:?}");
             }
         }
     });

@@ -74,10 +74,10 @@ fn stamp(cdr: &[u8]) -> i64 {
 }
 
 /// The timer fires each 100 ms of simulated time. The clock's steps are best effort, and a node that the machine holds up
-/// sees several as one: so some cycles may be missing, but not most, as if real time counted, and none may be too many.
+/// sees several as one: so some cycles may be missing, but not nearly all, as if real time counted, and none may be too many.
 fn assert_regular(cycles: &[i64], from_ns: i64, for_ms: i64) {
     let expected = usize::try_from(for_ms / 100).unwrap();
-    assert!(cycles.len() >= expected / 2 && cycles.len() <= expected + 1, "{} cycles", cycles.len());
+    assert!(cycles.len() >= expected / 4 && cycles.len() <= expected + 1, "{} cycles", cycles.len());
     assert!(cycles.is_sorted(), "{cycles:?}");
     assert!(cycles.iter().all(|&cycle| (from_ns..=from_ns + for_ms * MS).contains(&cycle)), "{cycles:?}");
 }
@@ -110,7 +110,7 @@ fn time_that_stands_still_or_goes_back_stops_nothing() {
         // Back by an hour: the timer starts anew there instead of waiting for an hour.
         let back = start - 3_600_000 * MS;
         let cycles = simulation.run(back, 1000, 20, 1.0);
-        assert!(cycles.len() >= 5, "{cycles:?}");
+        assert!(cycles.len() >= 3, "{cycles:?}");
         assert!(cycles.iter().all(|&cycle| cycle < back + 1001 * MS), "{cycles:?}");
         let stopped = simulation.node.stop("TERM");
         assert!(stopped.took < PATIENCE && stopped.status.code() == Some(0));
