@@ -96,14 +96,20 @@ fn messages_that_do_not_decode_are_told_of_with_what_would_help() {
                 && told(&[&backup.full_name(), "malformed", "does not fit it either"])
                 && told(&[&odometry.full_name(), "malformed nav_msgs/msg/Odometry at byte"])
         };
-        while !all_told(&node.log()) {
-            assert!(Instant::now() < until, "{}", node.log().join("\n"));
+        let mut told_on_rosout = false;
+        while !(told_on_rosout && all_told(&node.log())) {
+            assert!(Instant::now() < until, "on /rosout: {told_on_rosout}\n{}", node.log().join("\n"));
             peer.send(anchors, &set.to_cdr(Interface::V0_52));
             peer.send(backups, &garbage);
             peer.send(odometries, cut);
-            std::thread::sleep(Duration::from_millis(20));
+            told_on_rosout |= peer.take(rosout, 1000, Duration::from_millis(20)).iter().any(|cdr| {
+                let line = Log::from_cdr(cdr, Interface::default(), "").unwrap();
+                line.level == Log::WARN
+                    && line.name == "trajectory_selector_node"
+                    && line.msg.contains("0.52")
+            });
         }
-        // Counted where operators look, and told to whoever listens to logs.
+        // Counted where operators look.
         peer.take(watch, 100, Duration::ZERO);
         let values = values(&peer.take_one(watch));
         for topic in [generative, backup, odometry] {
@@ -111,19 +117,13 @@ fn messages_that_do_not_decode_are_told_of_with_what_would_help() {
             let count = values.iter().find(|(name, _)| *name == key).map(|(_, count)| count.parse::<u64>());
             assert!(count.is_some_and(|count| count.unwrap() >= 1), "{key} in {values:?}");
         }
-        let lines = peer.take(rosout, 1000, Duration::from_millis(500));
-        let told = lines.iter().any(|cdr| {
-            let line = Log::from_cdr(cdr, Interface::default(), "").unwrap();
-            line.level == Log::WARN && line.name == "trajectory_selector_node" && line.msg.contains("0.52")
-        });
-        assert!(told, "{} lines on /rosout", lines.len());
-        // A flood of them makes one line a second.
+        // A flood of them makes one line a second, beside some that are still on their way.
         let before = node.log().iter().filter(|line| line.contains("malformed")).count();
         let flood = Instant::now();
         for _ in 0..300 {
             peer.send(anchors, &set.to_cdr(Interface::V0_52));
         }
-        let seconds = usize::try_from(flood.elapsed().as_secs()).unwrap() + 2;
+        let seconds = usize::try_from(flood.elapsed().as_secs()).unwrap() + 5;
         let after = node.log().iter().filter(|line| line.contains("malformed")).count();
         assert!(after - before <= seconds, "{} lines in {seconds} s", after - before);
         assert_eq!(node.stop("INT").status.code(), Some(0));

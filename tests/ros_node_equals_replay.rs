@@ -22,6 +22,9 @@ use std::time::Duration;
 /// Time between the clock's step and the anchor that it is for: longer than a message needs on a busy machine.
 const SETTLE_S: f64 = 0.05;
 
+/// How often the drive is played before it is given up.
+const ATTEMPTS: u32 = 3;
+
 /// Topics whose content depends on nothing but the drive.
 const COMPARED: [OutputTopic; 9] = [
     OutputTopic::ConcatenatedTrajectories,
@@ -137,77 +140,86 @@ fn a_live_drive_gives_what_its_replay_gives() {
         let recorded = read(&drive);
         let tape = lab.path("tape");
         std::fs::write(&tape, Tape::of_drive(&recorded, &cycles).0).unwrap();
-
-        // Map and route are there before the node is: it joins late.
-        let mut peer = lab.peer();
-        for topic in [InputTopic::Map, InputTopic::Route] {
-            let id = peer.open("write", &topic.full_name(), topic.type_name(), &latched());
-            peer.send(id, &payloads(&recorded, &topic.full_name())[0]);
-        }
-        let node = lab.node(&["-p", "use_sim_time:=true", "-p", "cycle_budget_ms:=60000"]);
-        node.wait_for_line(&["Map 1:", "62 lanelets"]);
-
-        let mut writers = serde_json::Map::new();
-        for topic in InputTopic::ALL {
-            if !matches!(topic, InputTopic::Map | InputTopic::Route) {
-                let id = peer.open("write", &topic.full_name(), topic.type_name(), &json!({"depth": 16}));
-                peer.wait_for_peers(id, 1);
-                writers.insert(topic.full_name(), id.into());
-            }
-        }
-        let clock = peer.open("write", "/clock", "rosgraph_msgs/msg/Clock", &json!({"reliable": false}));
-        peer.wait_for_peers(clock, 1);
-        writers.insert("/clock".to_owned(), clock.into());
-        let many = json!({"depth": 1000});
-        let watch = peer.open("read", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", &many);
-        peer.wait_for_peers(watch, 1);
-        let mut readers = Vec::new();
-        for topic in COMPARED {
-            let id = peer.open("read", &topic.full_name(), topic.type_name(), &many);
-            peer.wait_for_peers(id, 1);
-            readers.push((topic, id));
-        }
-
-        // Read by somebody else, so that the comparison is not held up.
-        let mut observer = lab.peer();
-        let observed = MEASURED.map(|topic| (topic.full_name(), topic.type_name()));
-        let drawn = (MARKERS.to_owned(), "visualization_msgs/msg/MarkerArray");
-        let observed = observed.into_iter().chain([drawn]).map(|(name, type_name)| {
-            let id = observer.open("read", &name, type_name, &many);
-            observer.wait_for_peers(id, 1);
-            (name, id)
-        });
-        let observed: Vec<_> = observed.collect();
-
-        let played = peer.ask(&json!({
-            "op": "play", "tape": tape.to_str().unwrap(), "writers": writers, "watch": watch,
-            "patience_s": PATIENCE.as_secs_f64(),
-        }));
-        assert!(played["sent"].as_u64().unwrap() > 2500, "{played}");
-
-        for (topic, id) in readers {
-            let name = topic.full_name();
-            let expected = payloads(&replayed, &name);
-            let mut live = peer.take(id, expected.len() + 10, Duration::from_secs(1));
-            if topic == OutputTopic::Diagnostics {
-                // At its start the clock jumps from 0, and the timer runs a cycle without candidates.
-                live.retain(|cdr| !without_candidates(cdr));
-            }
-            assert_eq!(live.len(), expected.len(), "messages on {name}");
-            for (number, (live, expected)) in live.iter().zip(&expected).enumerate() {
-                assert!(same(live, expected), "{name}: message {number} is not that of the replay");
-            }
-        }
-        for (name, id) in observed {
-            // That it decodes is asserted where it is taken.
-            let some = observer.take(id, 20, Duration::from_secs(1)).len();
-            assert_eq!(some, 20, "messages on {name}");
-        }
-        let stopped = node.stop("INT");
-        assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);
-        assert_eq!(stopped.json["cycles"]["anchor"], 194, "{}", stopped.json["cycles"]);
-        assert_eq!(stopped.json["cycles"]["coalesced"], 0);
+        // The clock is best effort, and comes by another way than the anchor that follows it: on a machine that stands
+        // still for longer than the pause between them the anchor may be first, and its cycle at another time.
+        let mut attempts = (0..ATTEMPTS).map(|_| play(lab, &recorded, &replayed, &tape));
+        let played = attempts.any(|played| played.map_err(|error| eprintln!("held up: {error}")).is_ok());
+        assert!(played, "the drive was never played to its end");
     });
+}
+
+/// Plays the drive and compares what comes back; an error where it cannot be played to its end.
+fn play(lab: &Lab, recorded: &[Recorded], replayed: &[Recorded], tape: &Path) -> Result<(), String> {
+    // Map and route are there before the node is: it joins late.
+    let mut peer = lab.peer();
+    for topic in [InputTopic::Map, InputTopic::Route] {
+        let id = peer.open("write", &topic.full_name(), topic.type_name(), &latched());
+        peer.send(id, &payloads(recorded, &topic.full_name())[0]);
+    }
+    let node = lab.node(&["-p", "use_sim_time:=true", "-p", "cycle_budget_ms:=60000"]);
+    node.wait_for_line(&["Map 1:", "62 lanelets"]);
+
+    let mut writers = serde_json::Map::new();
+    for topic in InputTopic::ALL {
+        if !matches!(topic, InputTopic::Map | InputTopic::Route) {
+            let id = peer.open("write", &topic.full_name(), topic.type_name(), &json!({"depth": 16}));
+            peer.wait_for_peers(id, 1);
+            writers.insert(topic.full_name(), id.into());
+        }
+    }
+    let clock = peer.open("write", "/clock", "rosgraph_msgs/msg/Clock", &json!({"reliable": false}));
+    peer.wait_for_peers(clock, 1);
+    writers.insert("/clock".to_owned(), clock.into());
+    let many = json!({"depth": 1000});
+    let watch = peer.open("read", "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", &many);
+    peer.wait_for_peers(watch, 1);
+    let mut readers = Vec::new();
+    for topic in COMPARED {
+        let id = peer.open("read", &topic.full_name(), topic.type_name(), &many);
+        peer.wait_for_peers(id, 1);
+        readers.push((topic, id));
+    }
+
+    // Read by somebody else, so that the comparison is not held up.
+    let mut observer = lab.peer();
+    let observed = MEASURED.map(|topic| (topic.full_name(), topic.type_name()));
+    let drawn = (MARKERS.to_owned(), "visualization_msgs/msg/MarkerArray");
+    let observed = observed.into_iter().chain([drawn]).map(|(name, type_name)| {
+        let id = observer.open("read", &name, type_name, &many);
+        observer.wait_for_peers(id, 1);
+        (name, id)
+    });
+    let observed: Vec<_> = observed.collect();
+
+    let played = peer.try_ask(&json!({
+        "op": "play", "tape": tape.to_str().unwrap(), "writers": writers, "watch": watch,
+        "patience_s": PATIENCE.as_secs_f64() / 2.0,
+    }))?;
+    assert!(played["sent"].as_u64().unwrap() > 2500, "{played}");
+
+    for (topic, id) in readers {
+        let name = topic.full_name();
+        let expected = payloads(replayed, &name);
+        let mut live = peer.take(id, expected.len() + 10, Duration::from_secs(1));
+        if topic == OutputTopic::Diagnostics {
+            // At its start the clock jumps from 0, and the timer runs a cycle without candidates.
+            live.retain(|cdr| !without_candidates(cdr));
+        }
+        assert_eq!(live.len(), expected.len(), "messages on {name}");
+        for (number, (live, expected)) in live.iter().zip(&expected).enumerate() {
+            assert!(same(live, expected), "{name}: message {number} is not that of the replay");
+        }
+    }
+    for (name, id) in observed {
+        // That it decodes is asserted where it is taken.
+        let some = observer.take(id, 20, Duration::from_secs(1)).len();
+        assert_eq!(some, 20, "messages on {name}");
+    }
+    let stopped = node.stop("INT");
+    assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);
+    assert_eq!(stopped.json["cycles"]["anchor"], 194, "{}", stopped.json["cycles"]);
+    assert_eq!(stopped.json["cycles"]["coalesced"], 0);
+    Ok(())
 }
 
 fn without_candidates(cdr: &[u8]) -> bool {

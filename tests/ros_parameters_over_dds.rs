@@ -92,6 +92,9 @@ fn string(name: &str, value: &str) -> Parameter {
     Parameter { name: name.to_owned(), value }
 }
 
+/// Most cycles in a while with the slow period of the test, 220 ms.
+const MOST_SLOW: usize = 11;
+
 /// Cycles in a while.
 fn cycles(peer: &mut Peer, diagnostics: u64) -> usize {
     peer.take(diagnostics, 1000, Duration::ZERO);
@@ -166,8 +169,9 @@ fn converse(lab: &Lab, is_cyclone: bool) {
     let changes = vec![integer("fallback_period_ms", 20)];
     let got: SetParametersResponse = set.call(&mut peer, &SetParametersRequest { parameters: changes });
     assert!(got.results[0].successful, "{}", got.results[0].reason);
-    let fast = cycles(&mut peer, diagnostics);
-    assert!((1..=11).contains(&slow) && fast > 2 * slow, "{slow} cycles, then {fast}");
+    // More than the slow period allows; a machine that is held up may need to be asked again.
+    let fast = (0..5).map(|_| cycles(&mut peer, diagnostics)).find(|&fast| fast > 2 * MOST_SLOW);
+    assert!((1..=MOST_SLOW).contains(&slow) && fast.is_some(), "{slow} cycles, then {fast:?}");
     peer.take_one(events);
 
     // All or nothing.

@@ -183,6 +183,11 @@ impl Peer {
 
     /// Gives a command and waits for its answer.
     pub(crate) fn ask(&mut self, command: &Value) -> Value {
+        self.try_ask(command).unwrap_or_else(|error| panic!("{error} to {}", short(command)))
+    }
+
+    /// The same for a command that may fail.
+    pub(crate) fn try_ask(&mut self, command: &Value) -> Result<Value, String> {
         writeln!(self.commands, "{command}").unwrap();
         self.commands.flush().unwrap();
         let line = match self.answers.receiver.recv_timeout(4 * PATIENCE) {
@@ -191,8 +196,10 @@ impl Peer {
             Err(RecvTimeoutError::Disconnected) => panic!("the peer died of {}", short(command)),
         };
         let answer: Value = serde_json::from_str(&line).unwrap();
-        assert!(answer.get("error").is_none(), "{} to {}", answer["error"], short(command));
-        answer
+        match answer.get("error") {
+            Some(error) => Err(error.to_string()),
+            None => Ok(answer),
+        }
     }
 
     /// Opens a writer or a reader on a topic of ROS.
