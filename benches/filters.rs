@@ -5,8 +5,7 @@
 //! instructions (see `benches/instructions/run.sh`). A cycle is what the filter does in a running node: take in the
 //! scene, judge all candidates, remember them. Before it is measured, a cycle of the moment before warms buffers and
 //! what is made once for a map. `FILTER` is a short name, `data_validity` (which makes the points of the message ready
-//! first), `all` (everything together, as the validator runs it) or `nothing` (the cost of measuring). A fourth argument
-//! is a number of road users that are added to the scene, kilometres away from all candidates.
+//! first), `all` (everything together, as the validator runs it) or `nothing` (the cost of measuring).
 //!
 //! Run: `cargo bench --bench filters`
 #![allow(
@@ -154,29 +153,8 @@ fn run(sequence: &Sequence, name: &str, cycles: usize, mut measure: impl FnMut(&
     feasible
 }
 
-/// Adds road users like those of the scene, so far away that no candidate comes near.
-fn add_far_objects(scene: &mut Scene, count: usize) {
-    let Some(objects) = &mut scene.objects else { return };
-    let objects = Arc::make_mut(objects);
-    let near = objects.objects.clone();
-    for (number, like) in (0..count).zip(near.iter().cycle()) {
-        let mut object = like.clone();
-        object.object_id.uuid[..8].copy_from_slice(&(number as u64 + 1).to_le_bytes());
-        let (east_m, north_m) =
-            (5_000.0 + 20.0 * (number % 100) as f64, 5_000.0 + 20.0 * (number / 100) as f64);
-        let kinematics = &mut object.kinematics;
-        let paths = kinematics.predicted_paths.iter_mut().flat_map(|path| &mut path.path);
-        for pose in paths.chain([&mut kinematics.initial_pose_with_covariance.pose]) {
-            pose.position.x += east_m;
-            pose.position.y += north_m;
-        }
-        objects.objects.push(object);
-    }
-}
-
-fn count(path: &Path, name: &str, far_objects: usize) {
-    let mut sequence = read(path, &mut Maps::default());
-    add_far_objects(&mut sequence.cycles[0].scene, far_objects);
+fn count(path: &Path, name: &str) {
+    let sequence = read(path, &mut Maps::default());
     let feasible = run(&sequence, name, 1, |cycle| cycle());
     println!("candidates {} feasible {feasible}", sequence.cycles[0].candidates.len());
 }
@@ -206,13 +184,12 @@ fn times(folder: &Path) {
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["count", scene, filter] => count(Path::new(scene), filter, 0),
-        ["count", scene, filter, far] => count(Path::new(scene), filter, far.parse().unwrap()),
+        ["count", scene, filter] => count(Path::new(scene), filter),
         [] => {
             let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
             let shared = std::env::var_os("SELECTOR_SHARED").map_or(beside, PathBuf::from);
             times(&shared.join("golden/bench"));
         }
-        _ => panic!("usage: filters [count SCENE.json FILTER [FAR]]"),
+        _ => panic!("usage: filters [count SCENE.json FILTER]"),
     }
 }

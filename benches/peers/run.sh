@@ -11,7 +11,7 @@
 set -eu
 
 cd "$(dirname "$0")/../.."
-[ $# -gt 0 ] || set -- collision map frenetix
+[ $# -gt 0 ] || set -- collision map
 work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 

@@ -12,10 +12,4 @@ function line(what, theirs, ours, ratio) {
 }
 # map: one line for each file
 peer == "map" && NF == 7 && $1 ~ /\.(bin|osm)$/ { line($1, $5 " s", $6 " s", $7) }
-# frenetix
-peer == "frenetix" && /^  peer:/ { whole = $2; checks = $NF }
-peer == "frenetix" && /^  ours:/ {
-    line("one candidate, points and checks", whole " us", $2 " us", whole / $2)
-    line("one candidate, its checks alone", checks " us", $2 " us", checks / $2)
-}
 END { if (!lines) printf "%-10s %-7s nothing was compared\n", peer, outcome }

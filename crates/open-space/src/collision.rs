@@ -185,8 +185,9 @@ impl CollisionChecker {
     /// Whether the vehicle can move from one pose to the other along the screw motion that joins them, the shorter
     /// way round: within bounds (at its ends and the cuts), and every obstacle further than `inflation_m` from the area swept.
     ///
-    /// Errs to the safe side by [`SWEEP_BULGE_M`] at most. For samples of a smooth path the screw motion is the path
-    /// but for a term of third order in their distance.
+    /// Errs to the safe side only: by [`SWEEP_BULGE_M`], and because the hull of both ends stands for the way between
+    /// them, by half of how far a corner goes in a piece that bulges no more than that, some centimetres where it turns.
+    /// For samples of a smooth path the screw motion is the path but for a term of third order in their distance.
     #[must_use]
     pub fn motion_is_free(&self, from: &PlanarPose, to: &PlanarPose, inflation_m: f64) -> bool {
         if !(self.is_within_bounds(from) && self.is_within_bounds(to)) {

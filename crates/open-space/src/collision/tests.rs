@@ -233,7 +233,7 @@ proptest! {
         let to = PlanarPose::new(
             from.x + ahead * cos - aside * sin, from.y + ahead * sin + aside * cos, from.yaw + turn,
         );
-        let n = 800;
+        let n = 200;
         let least = (0..=n)
             .map(|k| reference_clearance(&reference_between(&from, &to, f64::from(k) / f64::from(n)), &obstacles))
             .fold(f64::INFINITY, f64::min);
@@ -242,8 +242,8 @@ proptest! {
         if free {
             prop_assert!(least > inflation - 1e-9, "comes within {least} of {inflation}");
         } else {
-            // a corner goes up to 2.6 m, so samples lie up to 4 mm apart
-            prop_assert!(least <= inflation + 2.0 * SWEEP_BULGE_M + 0.012, "keeps {least} of {inflation}");
+            // A corner 5 m from the centre of the turn goes 20 cm in a piece that bulges by a millimetre.
+            prop_assert!(least <= inflation + 2.0 * SWEEP_BULGE_M + 0.12, "keeps {least} of {inflation}");
         }
     }
 }
