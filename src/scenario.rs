@@ -37,7 +37,7 @@ mod driver;
 pub mod load;
 mod map;
 mod planners;
-mod random;
+pub(crate) mod random;
 mod road;
 mod script;
 mod traffic;

@@ -77,6 +77,8 @@ pub struct Stress {
     pub threads: usize,
     /// A cycle is cut then, and missed if it ends later. `None`: the settings' budget at a rate, else no end.
     pub deadline: Option<Duration>,
+    /// Through the graph: after how long the planners leave and join anew, in the mean; `None`: they stay.
+    pub restart_planners: Option<Duration>,
     /// Whether to gather the report page.
     pub page: bool,
     /// Whether to draw a progress bar.
@@ -105,7 +107,7 @@ pub struct Memory {
     pub start: Option<f64>,
     /// After a tenth of the run, or its first minute.
     pub warm: Option<f64>,
-    /// The most that was seen since.
+    /// The most that was seen since, to the end.
     pub most: Option<f64>,
     /// After the last cycle.
     pub end: Option<f64>,
@@ -127,6 +129,12 @@ impl Memory {
             (true, Some(_)) => self.most = self.most.zip(now).map(|(most, now)| most.max(now)).or(now),
             (false, _) => {}
         }
+    }
+
+    /// Takes the last look.
+    fn close(&mut self) {
+        self.end = usage::resident_memory_mb();
+        self.look(self.warm.is_some());
     }
 }
 
@@ -172,7 +180,7 @@ impl Stress {
         let most_waiting = Some(system.inlets().tally().most_waiting());
         course.heap_mb.end = Heap::now();
         let stopping = system.stop().map_err(Failure::from);
-        course.memory_mb.end = usage::resident_memory_mb();
+        course.memory_mb.close();
         course.bar.finish_and_clear();
         let coalesced = stopping.as_ref().map_or(0, |state| state.coalesced);
         // The first failure says what is wrong; the other may only say it again.

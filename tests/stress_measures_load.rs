@@ -209,10 +209,39 @@ fn a_drive_is_a_load_with_as_many_candidates_as_wanted() {
 fn the_load_goes_through_the_graph_and_comes_back() {
     let run = stress(&["--through", "ros", "--threads", "2"]);
     assert_eq!(run.exit_code, 0, "{}", run.stderr);
-    assert_eq!(run.json["graph"], json!({ "anchors": CYCLES, "answers": CYCLES }));
+    assert_eq!(run.json["graph"], json!({ "anchors": CYCLES, "answers": CYCLES, "restarts": 0 }));
     assert_eq!(number(&run.json, &["cycles", "anchor"]), CYCLES);
     assert_eq!(number(&run.json, &["candidates", "judged"]), CYCLES * CANDIDATES);
     assert_eq!(number(&run.json, &["latency_us", "round_trip", "count"]), CYCLES);
-    let both = stress(&["--through", "ros", "--hours", "1"]);
-    assert_eq!(both.exit_code, 2, "{}", both.stderr);
+    let alone = stress(&["--restart-planners", "1"]);
+    assert_eq!(alone.exit_code, 2, "{}", alone.stderr);
+}
+
+/// Who comes back brings the map and all else anew; the node goes on, and judges as one that has just been started.
+#[test]
+fn planners_that_restart_at_random_are_answered_again() {
+    let run = run(&[
+        "stress",
+        "--through",
+        "ros",
+        "--candidates",
+        "8",
+        "--points",
+        "20",
+        "--objects",
+        "5",
+        "--threads",
+        "2",
+        "--rate",
+        "10",
+        "--hours",
+        "0.002",
+        "--restart-planners",
+        "1.5",
+    ]);
+    assert_eq!(run.exit_code, 0, "{}", run.stderr);
+    assert!(number(&run.json, &["graph", "restarts"]) >= 2, "{}", run.json["graph"]);
+    assert!(number(&run.json, &["graph", "answers"]) >= 10, "{}", run.json["graph"]);
+    assert_eq!(run.json["verdicts_hash"], run.json["fresh_verdicts_hash"]);
+    assert_ne!(run.json["verdicts_hash"], json!(null));
 }

@@ -79,8 +79,11 @@ pub struct StressArguments {
     pub drive: Option<PathBuf>,
     /// Bring the load through the graph: the node with its door, and somebody who plays sensors and planners, on the
     /// loopback interface. Time passes by itself.
-    #[arg(long, value_name = "ros", conflicts_with_all = ["drive", "hours", "find_limit", "report"])]
+    #[arg(long, value_name = "ros", conflicts_with_all = ["drive", "find_limit", "report"])]
     pub through: Option<Way>,
+    /// Through the graph: whoever plays sensors and planners leaves it at random and joins anew, in the mean after so long.
+    #[arg(long, value_name = "S", requires = "through", value_parser = positive)]
+    pub restart_planners: Option<f64>,
     /// Seed of places, speeds and manoeuvres.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -104,10 +107,13 @@ fn parse_scene(text: &str) -> Result<LoadScene, String> {
     scene.ok_or_else(|| format!("\"{text}\" is no scene; write road, intersection or dense"))
 }
 
+/// Far above any time or share that means something, and far below what a clock cannot count.
+const MOST: f64 = 1e9;
+
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("\"{text}\" is no number greater than 0")),
+        Ok(value) if value > 0.0 && value <= MOST => Ok(value),
+        _ => Err(format!("\"{text}\" is no number greater than 0 and up to {MOST:e}")),
     }
 }
 
@@ -208,6 +214,7 @@ pub fn run(arguments: &StressArguments, progress: bool) -> Result<StressReport, 
         pace: arguments.pace(),
         threads,
         deadline,
+        restart_planners: arguments.restart_planners.map(Duration::from_secs_f64),
         page,
         progress: progress && std::io::stderr().is_terminal(),
     };
@@ -271,6 +278,7 @@ fn fresh_verdicts(stress: &Stress, settings: &Settings) -> Result<Option<u64>, F
         cycles: stress.cycles.min(CYCLES_OF_FRESH_NODE),
         pace: Pace::Max,
         deadline: None,
+        restart_planners: None,
         page: false,
         progress: false,
         ..*stress
@@ -370,8 +378,11 @@ impl fmt::Display for StressReport {
             shown(most),
             shown(end)
         )?;
-        if let Some(Carried { anchors, answers }) = self.graph {
-            writeln!(f, "through the graph: {anchors} anchors, {answers} validated sets came back")?;
+        if let Some(Carried { anchors, answers, restarts }) = self.graph {
+            writeln!(
+                f,
+                "through the graph: {anchors} anchors, {answers} validated sets came back, planners restarted {restarts} times"
+            )?;
         }
         if let Some(limit) = &self.limit {
             let Limit { candidates, at_least, deadline_ms, rate_hz, .. } = limit;

@@ -4,7 +4,8 @@
 //! Both are participants of the middleware in this process and keep to the loopback interface. The node has a namespace
 //! of its own, so that no node that drives a vehicle ever gets the load. Before anything is counted, anchors go out until
 //! one is answered: only then both sides know of each other. The round trip counts from when an anchor was due until the
-//! validated set with its candidates has come back.
+//! validated set with its candidates has come back. Where it is asked for, the other side leaves the graph at random and
+//! joins it anew, with all that the node gets once; anchors that were due meanwhile are not sent.
 
 use super::feed::Feed;
 use super::{Course, Heap, INTERFACE, Pace, Stress, Stressed};
@@ -18,6 +19,7 @@ use crate::ros::names::Names;
 use crate::ros::node::{Node, Start};
 use crate::ros::qos::Qos;
 use crate::scenario::load::LoadMessages;
+use crate::scenario::random::Random;
 use crate::session::Ended;
 use crate::settings::{AutowareInterface, Settings};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
@@ -32,6 +34,7 @@ use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
 
 /// Name of the participant that brings the load.
 const PLANNERS_NAME: &str = "stress_planners";
@@ -41,6 +44,8 @@ const KNOCK_EVERY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Sets that may wait to be taken from the middleware.
 const ANSWER_DEPTH: i32 = 64;
+/// Purpose of the random numbers that say when the planners restart.
+const RESTART_STREAM: u64 = 0x7265_7374_6172_7400;
 
 /// What went through the graph.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -49,6 +54,8 @@ pub struct Carried {
     pub anchors: u64,
     /// Validated sets that came back for them.
     pub answers: u64,
+    /// How often those who sent them left the graph and came back.
+    pub restarts: u64,
 }
 
 impl Stress {
@@ -87,8 +94,8 @@ impl Stress {
                 let forget = || {
                     *statistics.lock().unwrap_or_else(PoisonError::into_inner) = Default::default();
                 };
-                let played = Planners::join(&graph, &names, &of_planners)
-                    .and_then(|p| p.play(self, &forget, &mut course));
+                let place = Place { graph: &graph, names: &names, runtime: &of_planners };
+                let played = place.play(self, &forget, &mut course);
                 // The node may have ended by itself.
                 let _ = end.send(());
                 played
@@ -102,13 +109,14 @@ impl Stress {
         });
         let played = played?;
         course.heap_mb.end = Heap::now();
-        course.memory_mb.end = usage::resident_memory_mb();
+        course.memory_mb.close();
         course.bar.finish_and_clear();
         let mut statistics = std::mem::take(&mut *statistics.lock().unwrap_or_else(PoisonError::into_inner));
         for &took in &played.round_trips {
             statistics.record("round_trip", took);
         }
-        let carried = Carried { anchors: self.cycles, answers: played.answers };
+        let Played { anchors, answers, restarts, .. } = played;
+        let carried = Carried { anchors, answers, restarts };
         let missed = self.deadline.map_or(0, |deadline| {
             let late = played.round_trips.iter().filter(|took| **took > deadline).count() as u64;
             late + carried.anchors.saturating_sub(carried.answers)
@@ -149,23 +157,28 @@ struct Answer {
 /// What became of the load.
 #[derive(Debug, Default)]
 struct Played {
+    /// Anchors that were sent.
+    anchors: u64,
     /// Validated sets that came back.
     answers: u64,
+    /// Times at which the planners joined again.
+    restarts: u64,
     /// From when an anchor was due until its answer had come.
     round_trips: Vec<Duration>,
 }
 
-/// Whoever plays sensors and planners.
-struct Planners {
-    writers: HashMap<InputTopic, Writer>,
-    answers: Receiver<Answer>,
-    // Last, so that the endpoints leave before it does.
-    _graph: Graph,
+/// Where the planners join the graph.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    graph: &'a GraphOptions,
+    names: &'a Names,
+    runtime: &'a Runtime,
 }
 
-impl Planners {
-    fn join(options: &GraphOptions, names: &Names, runtime: &Runtime) -> Result<Self, Failure> {
-        let mut graph = Graph::join(options, names.namespace(), PLANNERS_NAME)?;
+impl Place<'_> {
+    fn join(&self) -> Result<Planners, Failure> {
+        let Self { names, .. } = self;
+        let mut graph = Graph::join(self.graph, names.namespace(), PLANNERS_NAME)?;
         let mut writers = HashMap::new();
         for topic in InputTopic::ALL {
             let writer =
@@ -179,44 +192,88 @@ impl Planners {
             Qos::reliable(ANSWER_DEPTH),
         )?;
         let (sender, answers) = crossbeam_channel::unbounded();
-        runtime.spawn(take_answers(reader, sender));
+        let taking = self.runtime.spawn(take_answers(reader, sender));
         graph.announce();
-        Ok(Self { writers, answers, _graph: graph })
+        Ok(Planners { writers, answers, taking, _graph: graph })
+    }
+
+    /// Leaves the graph with every endpoint.
+    fn leave(&self, planners: Planners) {
+        planners.taking.abort();
+        // Ended by that: the subscription is gone before the participant is.
+        let _ = self.runtime.block_on(planners.taking);
     }
 
     /// `forget` drops what was counted so far.
     fn play(&self, stress: &Stress, forget: &dyn Fn(), course: &mut Course) -> Result<Played, Failure> {
         let messages = stress.load.messages();
         let mut feed = Feed::of(&messages);
-        self.make_acquaintance(&messages, &mut feed)?;
+        let mut planners = self.join()?;
+        planners.make_acquaintance(&messages, &mut feed)?;
         forget();
         course.memory_mb.start = usage::resident_memory_mb();
         let (mut played, mut due_of) = (Played::default(), HashMap::new());
         let start = Instant::now();
+        let (mut back, mut leaves) = (start, stress.next_restart(start, 0));
         for cycle in 1..=stress.cycles {
             let due = match stress.pace {
                 Pace::Max => Instant::now(),
                 Pace::Hertz(rate_hz) => start + Duration::from_secs_f64(cycle as f64 / rate_hz),
             };
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
-            let stamp = Clock::System.now();
-            due_of.insert(stamp.nanoseconds(), due);
-            self.send(&mut feed, stamp)?;
-            match stress.pace {
-                Pace::Max => played.take(self.answer()?, &mut due_of),
-                Pace::Hertz(_) => self.answers.try_iter().for_each(|answer| played.take(answer, &mut due_of)),
+            if leaves.is_some_and(|at| at <= Instant::now()) {
+                self.leave(planners);
+                planners = self.join()?;
+                planners.make_acquaintance(&messages, &mut feed)?;
+                // What was asked before is no longer answered to anybody.
+                due_of.clear();
+                played.restarts += 1;
+                back = Instant::now();
+                leaves = stress.next_restart(back, played.restarts);
+            }
+            if back <= due {
+                let stamp = Clock::System.now();
+                due_of.insert(stamp.nanoseconds(), due);
+                planners.send(&mut feed, stamp)?;
+                played.anchors += 1;
+                match stress.pace {
+                    Pace::Max => played.take(planners.answer()?, &mut due_of),
+                    Pace::Hertz(_) => {
+                        planners.answers.try_iter().for_each(|answer| played.take(answer, &mut due_of));
+                    }
+                }
             }
             course.has_run(cycle);
         }
         // What is still on its way. Anchors that were merged into one cycle get one answer, so silence ends it, too.
-        while played.answers < stress.cycles
-            && let Ok(answer) = self.answers.recv_timeout(super::SILENCE)
+        while played.answers < played.anchors
+            && let Ok(answer) = planners.answers.recv_timeout(super::SILENCE)
         {
             played.take(answer, &mut due_of);
         }
         Ok(played)
     }
+}
 
+impl Stress {
+    /// When the planners leave next, if they do: half to one and a half times the mean time after they came.
+    fn next_restart(&self, came: Instant, restarts: u64) -> Option<Instant> {
+        let share = 1.0 + Random::of(self.load.seed, RESTART_STREAM, restarts).around_zero(0.5);
+        self.restart_planners.map(|mean| came + mean.mul_f64(share))
+    }
+}
+
+/// Whoever plays sensors and planners.
+struct Planners {
+    writers: HashMap<InputTopic, Writer>,
+    answers: Receiver<Answer>,
+    /// Takes the answers from the middleware.
+    taking: JoinHandle<()>,
+    // Last, so that the endpoints leave before it does.
+    _graph: Graph,
+}
+
+impl Planners {
     /// Sends what the node needs once, and anchors until one is answered.
     fn make_acquaintance(&self, messages: &LoadMessages, feed: &mut Feed) -> Result<(), Failure> {
         for input in messages.once() {
