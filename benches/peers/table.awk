@@ -10,6 +10,8 @@ function line(what, theirs, ours, ratio) {
     line(scene ", prebuilt, agree " agree, prebuilt " ms", $4 " ms", prebuilt / $4)
     line(scene ", end to end", whole " ms", $9 " ms", whole / $9)
 }
+# What the peer is given it need not decode, so its time is that of end to end.
+/ours, from messages:/ { line(scene ", end to end, decoding", whole " ms", $4 " ms", whole / $4) }
 # map: one line for each file
 peer == "map" && NF == 7 && $1 ~ /\.(bin|osm)$/ { line($1, $5 " s", $6 " s", $7) }
 END { if (!lines) printf "%-10s %-7s nothing was compared\n", peer, outcome }

@@ -67,6 +67,10 @@ def main():
     print(f"{path}: first hits agree on {agree} of {len(ours)}; {(ours >= 0).sum()} collide")
     print(f"  peer, 1 thread: {peer_ready:.3f} ms prebuilt, {peer_whole:.3f} ms end to end")
     for line in open(ours_path, encoding="utf-8"):
+        if line.startswith("decoded"):
+            decoded_ms = float(line.split()[1])
+            print(f"  ours, from messages: {decoded_ms:.3f} ms; {peer_whole / decoded_ms:.1f} times as fast")
+            continue
         _, threads, ready_ms, whole_ms = line.split()
         per_second = len(ours) / float(ready_ms)
         print(

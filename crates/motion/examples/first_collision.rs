@@ -1,16 +1,23 @@
 //! Times `BoxTracks::first_collision` on 800 candidates of 50 points against 20 moving boxes.
 //!
 //! `first_collision write DIR` writes the three workloads (`sparse.bin`, `mixed.bin`, `near.bin`) to a folder;
-//! `first_collision run FILE` judges a workload and prints the best times of many rounds, and `FILE.first` gets the
-//! first colliding index of each candidate (little-endian i32, -1 for none). The file is flat and little-endian: u32
+//! `first_collision run FILE` judges a workload and prints the best times of many rounds in milliseconds: with all boxes
+//! ready, from positions and yaws, and from serialised ROS messages; `FILE.first` gets the first colliding index of each
+//! candidate (little-endian i32, -1 for none). The file is flat and little-endian: u32
 //! candidates, steps, objects; f64 length and width of the vehicle; x, y, yaw of every candidate's poses; x, y, yaw of
 //! every object's poses; length and width of every object.
 
+use messages::autoware_internal_planning_msgs::{CandidateTrajectories, CandidateTrajectory};
+use messages::autoware_perception_msgs::{PredictedObject, PredictedObjects, PredictedPath};
+use messages::autoware_planning_msgs::TrajectoryPoint;
+use messages::geometry_msgs;
+use messages::{Interface, Message};
 use motion::occupancy::BoxTracks;
 use motion::{OrientedBox, Point2, Vector2};
 use std::error::Error;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 const CANDIDATES: usize = 800;
@@ -146,6 +153,79 @@ fn fill_tracks(workload: &Workload, tracks: &mut BoxTracks) {
     }
 }
 
+/// The workload as planners and perception send it.
+struct Serialised {
+    candidates: Vec<u8>,
+    objects: Vec<u8>,
+}
+
+const INTERFACE: Interface = Interface::V0_53;
+
+impl Serialised {
+    fn of(workload: &Workload) -> Self {
+        let candidates = workload.candidates.iter().map(|poses| {
+            let points =
+                poses.iter().map(|&pose| TrajectoryPoint { pose: posed(pose), ..Default::default() });
+            Arc::new(CandidateTrajectory { points: points.collect(), ..Default::default() })
+        });
+        let objects = workload.objects.iter().zip(&workload.sizes).map(|(poses, &[length, width])| {
+            let mut object = PredictedObject::default();
+            let path = poses.iter().map(|&pose| posed(pose)).collect();
+            object.kinematics.predicted_paths = vec![PredictedPath { path, ..Default::default() }];
+            (object.shape.dimensions.x, object.shape.dimensions.y) = (length, width);
+            object
+        });
+        let candidates =
+            CandidateTrajectories { candidate_trajectories: candidates.collect(), ..Default::default() };
+        let objects = PredictedObjects { objects: objects.collect(), ..Default::default() };
+        Self { candidates: candidates.to_cdr(INTERFACE), objects: objects.to_cdr(INTERFACE) }
+    }
+
+    /// Decodes both messages and judges every candidate.
+    fn judge(
+        &self,
+        size: [f64; 2],
+        tracks: &mut BoxTracks,
+        answers: &mut [i32],
+    ) -> Result<(), Box<dyn Error>> {
+        let objects = PredictedObjects::from_cdr(&self.objects, INTERFACE, "objects")?.objects;
+        let candidates = CandidateTrajectories::from_cdr(&self.candidates, INTERFACE, "candidates")?;
+        tracks.reset(objects.len(), STEPS);
+        for (track, object) in objects.iter().enumerate() {
+            let size = [object.shape.dimensions.x, object.shape.dimensions.y];
+            for (step, pose) in object.kinematics.predicted_paths[0].path.iter().enumerate() {
+                tracks.set(track, step, &placed(pose, size));
+            }
+        }
+        let mut boxes = Vec::with_capacity(STEPS);
+        for (candidate, answer) in candidates.candidate_trajectories.iter().zip(answers) {
+            boxes.clear();
+            boxes.extend(candidate.points.iter().map(|point| placed(&point.pose, size)));
+            *answer = first_step(tracks, &boxes);
+        }
+        Ok(())
+    }
+}
+
+fn posed([x, y, yaw]: Pose) -> geometry_msgs::Pose {
+    let (z, w) = (0.5 * yaw).sin_cos();
+    geometry_msgs::Pose {
+        position: geometry_msgs::Point { x, y, z: 0.0 },
+        orientation: geometry_msgs::Quaternion { x: 0.0, y: 0.0, z, w },
+    }
+}
+
+/// The heading of an orientation that turns about z alone needs no angle.
+fn placed(pose: &geometry_msgs::Pose, [length, width]: [f64; 2]) -> OrientedBox {
+    let (z, w) = (pose.orientation.z, pose.orientation.w);
+    OrientedBox {
+        center: Point2::new(pose.position.x, pose.position.y),
+        axis: Vector2::new(w * w - z * z, 2.0 * w * z),
+        half_length_m: 0.5 * length,
+        half_width_m: 0.5 * width,
+    }
+}
+
 fn first_step(tracks: &BoxTracks, boxes: &[OrientedBox]) -> i32 {
     tracks.first_collision(boxes).map_or(-1, |hit| hit.step as i32)
 }
@@ -218,6 +298,21 @@ fn run(path: &Path) -> Result<(), Box<dyn Error>> {
             });
         });
         println!("ours {threads} {ready_ms:.6} {whole_ms:.6}");
+    }
+    let serialised = Serialised::of(&workload);
+    let mut of_messages = vec![0; answers.len()];
+    let mut outcome = Ok(());
+    let decoded_ms = best_ms(|| {
+        for _ in 0..REPETITIONS {
+            let judged = black_box(&serialised).judge(workload.size, &mut tracks, &mut of_messages);
+            outcome = std::mem::replace(&mut outcome, Ok(())).and(judged);
+        }
+    });
+    outcome?;
+    println!("decoded {decoded_ms:.6}");
+    let differ = answers.iter().zip(&of_messages).filter(|(a, b)| a != b).count();
+    if differ > 0 {
+        return Err(format!("{differ} candidates are judged otherwise when they come as messages").into());
     }
     let bytes: Vec<u8> = answers.iter().flat_map(|answer: &i32| answer.to_le_bytes()).collect();
     std::fs::write(path.with_extension("first"), bytes)?;
