@@ -11,6 +11,7 @@ pub mod failure;
 pub mod node;
 pub mod park;
 pub mod profile;
+pub mod recording;
 pub mod replay;
 pub mod stress;
 pub mod top;

@@ -1,7 +1,7 @@
 //! `explain`: why each candidate of one cycle was accepted or rejected, in words, as a picture and as a page.
 
+use super::recording::RecordingArguments;
 use super::{Failure, JudgeArguments, summarise};
-use crate::drive::{Drive, Remap};
 use crate::report::explanation::{self, ExplainedCandidate, Explanation};
 use crate::report::picture::{self, Subject};
 use crate::report::statistics::Statistics;
@@ -32,12 +32,9 @@ pub struct ExplainArguments {
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
-    /// Take a recorded topic for another.
-    #[arg(long, value_name = "A:=B")]
-    pub remap: Vec<Remap>,
-    /// HD map, for recordings that lack the latched map message.
-    #[arg(long, value_name = "FILE.bin|FILE.osm")]
-    pub map: Option<PathBuf>,
+    /// How the recording is taken.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
 }
 
 /// Runs the drive up to one cycle and explains that.
@@ -54,8 +51,8 @@ pub fn run(arguments: &ExplainArguments) -> Result<Explanation, Failure> {
         )));
     }
     let settings = arguments.judge.settings()?;
-    let map = arguments.map.as_deref().map(super::replay::load_map).transpose()?;
-    let drive = Drive::open(&arguments.drive, &arguments.remap, None, map.is_none())?;
+    let map = arguments.recording.map()?;
+    let drive = arguments.recording.open(&arguments.drive)?;
     let session = Session {
         input: Input { name: arguments.drive.display().to_string(), seed: None },
         interface: drive.interface(),

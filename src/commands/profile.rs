@@ -1,9 +1,8 @@
 //! `profile`: where the time goes in a recorded drive.
 
-use super::replay::{InterfaceChoice, load_map, parse_interface};
+use super::recording::RecordingArguments;
 use super::{Failure, JudgeArguments, summarise};
 use crate::allocations;
-use crate::drive::{Drive, Remap};
 use crate::recorder::Recorder;
 use crate::report::comparison::{Comparison, Profile};
 use crate::report::samples::{Samples, WorstCycle};
@@ -51,18 +50,12 @@ pub struct ProfileArguments {
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
-    /// Wire form of candidates.
-    #[arg(long, default_value = "auto", value_parser = parse_interface, value_name = "auto|0.52|0.53")]
-    pub interface: InterfaceChoice,
+    /// How the recording is taken.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
     /// Seconds of the drive per second, or as fast as possible. At a rate, cycles are cut at their budget as in a node.
     #[arg(long, default_value = "max", value_name = "max|X")]
     pub rate: Rate,
-    /// Take a recorded topic for another, for example /planning/candidates:=~/input/trajectories_generative.
-    #[arg(long, value_name = "A:=B")]
-    pub remap: Vec<Remap>,
-    /// HD map, for recordings that lack the latched map message.
-    #[arg(long, value_name = "FILE.bin|FILE.osm")]
-    pub map: Option<PathBuf>,
 }
 
 /// What `profile` gives.
@@ -88,7 +81,7 @@ pub struct ProfileReport {
 pub fn run(arguments: &ProfileArguments) -> Result<ProfileReport, Failure> {
     let drive = arguments.drive.as_deref().ok_or_else(|| Failure::usage("error: no DRIVE".to_owned()))?;
     let settings = arguments.judge.settings()?;
-    let map = arguments.map.as_deref().map(load_map).transpose()?;
+    let map = arguments.recording.map()?;
     allocations::start_counting();
     let mut all = AllRuns::default();
     let mut last = None;
@@ -163,8 +156,7 @@ fn run_once(
     settings: &Settings,
     is_last: bool,
 ) -> Result<(Ended, Recorder), Failure> {
-    let InterfaceChoice(interface) = arguments.interface;
-    let drive = Drive::open(path, &arguments.remap, interface, map.is_none())?;
+    let drive = arguments.recording.open(path)?;
     let odd: Vec<Failure> =
         drive.warnings().iter().map(|odd| Failure::note("bag", odd.to_string())).collect();
     let session = Session {

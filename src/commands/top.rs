@@ -1,9 +1,8 @@
 //! `top`: the selector at work, on a terminal - over a recorded drive in this process, or elsewhere in a graph.
 
 use super::node::graph_options;
-use super::replay::{InterfaceChoice, load_map, parse_interface};
+use super::recording::RecordingArguments;
 use super::{Common, Failure, JudgeArguments};
-use crate::drive::{Drive, Remap};
 use crate::recorder::Recorder;
 use crate::report::summary::Input;
 use crate::ros::environment::Environment;
@@ -54,15 +53,9 @@ pub struct TopArguments {
     /// What every command that judges takes.
     #[command(flatten)]
     pub judge: JudgeArguments,
-    /// Wire form of candidates.
-    #[arg(long, default_value = "auto", value_parser = parse_interface, value_name = "auto|0.52|0.53")]
-    pub interface: InterfaceChoice,
-    /// Take a recorded topic for another, for example /planning/candidates:=~/input/trajectories_generative.
-    #[arg(long, value_name = "A:=B")]
-    pub remap: Vec<Remap>,
-    /// HD map, for recordings that lack the latched map message.
-    #[arg(long, value_name = "FILE.bin|FILE.osm")]
-    pub map: Option<PathBuf>,
+    /// How the recording is taken.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
     /// Address of a network interface to use with --node; may be given more than once [default: all].
     #[arg(long, value_name = "ADDRESS")]
     pub interface_address: Vec<IpAddr>,
@@ -166,9 +159,8 @@ impl Source {
     fn play(arguments: &TopArguments, told: Sender<Told>) -> Result<Self, Failure> {
         let path = arguments.drive.as_deref().ok_or_else(|| Failure::usage("error: no DRIVE".to_owned()))?;
         let settings = arguments.judge.settings()?;
-        let map = arguments.map.as_deref().map(load_map).transpose()?;
-        let InterfaceChoice(interface) = arguments.interface;
-        let drive = Drive::open(path, &arguments.remap, interface, map.is_none())?;
+        let map = arguments.recording.map()?;
+        let drive = arguments.recording.open(path)?;
         let odd = settings.warnings().iter().map(ToString::to_string);
         for odd in odd.chain(drive.warnings().iter().map(ToString::to_string)) {
             let _ = told.try_send(Told::Warning(odd));
