@@ -9,6 +9,7 @@ use crate::report::page::Page;
 use crate::report::samples::Samples;
 use crate::report::statistics::Statistics;
 use crate::report::trace::Trace;
+use crate::ros::encoder::Encoder;
 use crate::top::{self, Told};
 use crossbeam_channel::Sender;
 use messages::{Interface, Message};
@@ -38,8 +39,8 @@ pub struct Recording {
     pub deadline: Option<Duration>,
     /// Cycles that missed the deadline.
     pub missed: u64,
-    /// Everything published is encoded as this, as if all outputs had a subscriber, and then dropped.
-    pub encode_as: Option<Interface>,
+    /// Everything published is encoded by this, as if all outputs had a subscriber, and then dropped.
+    pub encoder: Option<Encoder>,
     /// Whoever looks on is told here what is published. One who does not keep up misses some of it.
     pub tap: Option<Sender<Told>>,
     watch: Option<u64>,
@@ -169,9 +170,9 @@ impl Writer {
 impl Sink for Recorder {
     fn publish(&mut self, publication: Publication) -> Result<(), SinkError> {
         let mut recording = self.lock();
-        if let Some(interface) = recording.encode_as {
+        if let Some(encoder) = &mut recording.encoder {
             // Kept from being optimised away: the cost is what is wanted.
-            std::hint::black_box(publication.message.to_cdr(interface));
+            std::hint::black_box(encoder.encode(&publication.message));
         }
         if let Some(tap) = recording.tap.as_ref().filter(|_| top::is_counted(publication.topic)) {
             let _ = tap.try_send(Told::Published(publication.topic, publication.message.clone()));
@@ -186,6 +187,9 @@ impl Sink for Recorder {
         let mut recording = self.lock();
         let recording = &mut *recording;
         recording.statistics.add(report, times);
+        if let Some(encoder) = &mut recording.encoder {
+            encoder.end_cycle();
+        }
         let allocated = allocations::of_this_thread();
         if let (Some(drawing), Some(writer)) = (&mut recording.drawing, &mut recording.writer) {
             // A file that takes no more has been told by `publish`, or will be by `finish`.

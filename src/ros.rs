@@ -11,6 +11,7 @@ compile_error!("a build is for one release of ROS 2: for Humble add `--no-defaul
 compile_error!("a build is for one release of ROS 2: choose the feature `jazzy` or `humble`");
 
 pub mod arguments;
+pub mod encoder;
 pub mod environment;
 pub mod events;
 pub mod graph;

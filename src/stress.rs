@@ -16,6 +16,7 @@ use crate::commands::node::received;
 use crate::recorder::Recorder;
 use crate::report::summary::{Input as InputSummary, RunResult};
 use crate::report::usage;
+use crate::ros::encoder::Encoder;
 use crate::scenario::load::{Load, LoadMessages};
 use crate::session::{Ended, page_of, validator_of, vehicle_of};
 use crate::settings::Settings;
@@ -163,7 +164,7 @@ impl Stress {
         let recorder = Recorder::counting();
         {
             let mut recording = recorder.lock();
-            recording.encode_as = Some(INTERFACE);
+            recording.encoder = Some(Encoder::new(INTERFACE));
             recording.deadline = self.deadline;
             recording.page = self.page.then(|| page_of(settings)).transpose()?;
         }

@@ -10,6 +10,7 @@ use crate::report::statistics::{Latency, Statistics};
 use crate::report::summary::{Input, RunSummary};
 use crate::report::table;
 use crate::report::trace::Trace;
+use crate::ros::encoder::Encoder;
 use crate::session::{Ended, Rate, Session};
 use crate::settings::Settings;
 use clap::Args;
@@ -177,7 +178,7 @@ fn run_once(
         let mut recording = recorder.lock();
         recording.samples = Some(Samples::default());
         recording.trace = (arguments.trace.is_some() && is_last).then(|| Trace::new(Instant::now()));
-        recording.encode_as = Some(drive.interface());
+        recording.encoder = Some(Encoder::new(drive.interface()));
     }
     let mut ended = session.measure(&recorder, settings, drive)?;
     ended.warnings.extend(odd);

@@ -115,12 +115,12 @@ impl std::fmt::Debug for Writer {
 }
 
 impl Writer {
-    /// Sends a message as `Message::to_cdr` gives it. Never waits.
+    /// Sends a message, or what `Message::to_cdr` gives of one. Never waits.
     ///
     /// # Errors
     /// A peer has not acknowledged anything for so long that no more can be kept for it.
-    pub fn send(&self, cdr: Vec<u8>) -> Result<(), WriteError> {
-        self.send_with(cdr, WriteOptions::from(Some(Timestamp::now())))
+    pub fn send(&self, message: impl Into<Payload>) -> Result<(), WriteError> {
+        self.send_with(message.into(), WriteOptions::from(Some(Timestamp::now())))
     }
 
     /// Sends an answer to a request: `related` says in the packet's header which one.
@@ -129,11 +129,11 @@ impl Writer {
             .source_timestamp(Timestamp::now())
             .related_sample_identity(related)
             .build();
-        self.send_with(cdr, options)
+        self.send_with(Payload::from(cdr), options)
     }
 
-    fn send_with(&self, cdr: Vec<u8>, options: WriteOptions) -> Result<(), WriteError> {
-        let sent = self.writer.write_with_options(Payload::from(cdr), options);
+    fn send_with(&self, payload: Payload, options: WriteOptions) -> Result<(), WriteError> {
+        let sent = self.writer.write_with_options(payload, options);
         sent.map(|_| ()).map_err(|error| {
             let reason = match error {
                 rustdds::dds::WriteError::WouldBlock { .. } => {

@@ -4,6 +4,7 @@
 //! candidates but the first are encoded only while somebody listens, markers only then worked out; everything that
 //! others may drive by is always sent. Sending never waits for a peer.
 
+use super::encoder::Encoder;
 use super::graph::{Graph, GraphError, Writer};
 use super::names::Names;
 use super::qos::Qos;
@@ -65,7 +66,7 @@ pub struct GraphSink {
     writers: BTreeMap<OutputTopic, Writer>,
     markers: Markers,
     drawings: Vec<(MarkerTopic, Writer)>,
-    interface: Interface,
+    encoder: Encoder,
     listeners: Listeners,
     statistics: Arc<Mutex<Statistics>>,
     /// Spent in the middleware since the last cycle.
@@ -74,7 +75,7 @@ pub struct GraphSink {
 
 impl std::fmt::Debug for GraphSink {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("GraphSink").field("interface", &self.interface).finish_non_exhaustive()
+        f.debug_struct("GraphSink").field("interface", &self.encoder.interface()).finish_non_exhaustive()
     }
 }
 
@@ -102,7 +103,8 @@ impl GraphSink {
             drawings.push((topic, graph.advertise(&name, MarkerTopic::type_name(), Qos::reliable(1))?));
         }
         let (statistics, sending) = (Arc::default(), Duration::ZERO);
-        Ok(Self { writers, markers, drawings, interface, listeners, statistics, sending })
+        let encoder = Encoder::new(interface);
+        Ok(Self { writers, markers, drawings, encoder, listeners, statistics, sending })
     }
 
     /// Counts and latencies so far; shared with whoever reports them.
@@ -129,21 +131,22 @@ impl Sink for GraphSink {
         if is_optional && self.listeners.count(writer.guid()) == 0 {
             return Ok(());
         }
-        let cdr = publication.message.to_cdr(self.interface);
+        let payload = self.encoder.encode(&publication.message);
         let began = Instant::now();
-        let sent = writer.send(cdr);
+        let sent = writer.send(payload);
         self.sending += began.elapsed();
         sent.map_err(|error| SinkError(Arc::new(error)))
     }
 
     fn observe(&mut self, report: &CycleReport, times: CycleTimes) {
+        self.encoder.end_cycle();
         for (topic, writer) in &self.drawings {
             if self.listeners.count(writer.guid()) == 0 {
                 continue;
             }
             if let Some(drawing) = self.markers.draw(*topic, report) {
                 // Markers are for looking at: one that is lost is followed by the next cycle's.
-                let _ = writer.send(drawing.to_cdr(self.interface));
+                let _ = writer.send(drawing.to_cdr(self.encoder.interface()));
             }
         }
         let mut statistics = self.statistics.lock().unwrap_or_else(PoisonError::into_inner);

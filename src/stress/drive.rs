@@ -6,6 +6,7 @@ use crate::drive::{Drive, Event};
 use crate::recorder::Recorder;
 use crate::report::summary::Input as InputSummary;
 use crate::report::usage;
+use crate::ros::encoder::Encoder;
 use crate::session::{Rate, Session, page_of};
 use crate::settings::Settings;
 use messages::autoware_internal_planning_msgs::CandidateTrajectories;
@@ -45,7 +46,7 @@ impl DriveStress<'_> {
         let recorder = Recorder::counting();
         {
             let mut recording = recorder.lock();
-            recording.encode_as = Some(drive.interface());
+            recording.encoder = Some(Encoder::new(drive.interface()));
             recording.deadline = self.deadline;
             recording.page = self.page.then(|| page_of(settings)).transpose()?;
         }
