@@ -8,7 +8,7 @@ use open_space::provider::{
 use open_space::scenes::{Scene, SceneKind, scene};
 use open_space::stitcher::{PublishedTrajectory, compute_reinit_stitching_trajectory};
 use open_space::vehicle_model::VehicleState;
-use open_space::{Gear, OpenSpaceParameters, Planner};
+use open_space::{OpenSpaceParameters, Planner};
 use selector_actors::provider::{PlanningThread, planner_of};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -28,15 +28,7 @@ fn region(scene: &Scene) -> Arc<Region> {
 }
 
 fn standing(scene: &Scene) -> VehicleState {
-    VehicleState {
-        pose: scene.problem.start,
-        z: 0.0,
-        curvature: 0.0,
-        speed_mps: 0.0,
-        acceleration_mps2: 0.0,
-        gear: Gear::Forward,
-        automatic: true,
-    }
+    VehicleState::standing_at(scene.problem.start)
 }
 
 fn worker(scene: &Scene) -> PlanningThread {

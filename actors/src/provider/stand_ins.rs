@@ -1,10 +1,10 @@
 //! Jobs and plans that carry a number as their place, so that a test can tell whose they are.
 
 use motion::Point2;
+use open_space::PlanarPose;
 use open_space::provider::{Job, Region};
 use open_space::stitcher::{DiscretizedPoint, DiscretizedTrajectory, PathPoint};
 use open_space::vehicle_model::VehicleState;
-use open_space::{Gear, PlanarPose};
 
 pub(super) fn point(time_s: f64, number: f64) -> DiscretizedPoint {
     let pose = PlanarPose::new(number, 0.0, 0.0);
@@ -42,13 +42,5 @@ pub(super) fn job(number: u32) -> Job {
 
 /// Standing away from the goal.
 pub(super) fn vehicle() -> VehicleState {
-    VehicleState {
-        pose: PlanarPose::new(-500.0, 0.0, 0.0),
-        z: 0.0,
-        curvature: 0.0,
-        speed_mps: 0.0,
-        acceleration_mps2: 0.0,
-        gear: Gear::Forward,
-        automatic: true,
-    }
+    VehicleState::standing_at(PlanarPose::new(-500.0, 0.0, 0.0))
 }

@@ -286,15 +286,8 @@ mod tests {
     }
 
     fn driving(gear: Gear, speed_mps: f64) -> VehicleState {
-        VehicleState {
-            pose: PlanarPose::default(),
-            z: 0.0,
-            curvature: 0.0,
-            speed_mps: gear.sign() * speed_mps,
-            acceleration_mps2: 0.0,
-            gear,
-            automatic: true,
-        }
+        let standing = VehicleState::standing_at(PlanarPose::default());
+        VehicleState { speed_mps: gear.sign() * speed_mps, gear, ..standing }
     }
 
     fn standing(x: f64, y: f64) -> PredictedObstacle {

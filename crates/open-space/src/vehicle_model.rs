@@ -37,6 +37,20 @@ pub struct VehicleState {
 }
 
 impl VehicleState {
+    /// Standing at a pose on level ground, wheels straight, in forward gear, about to drive itself.
+    #[must_use]
+    pub fn standing_at(pose: PlanarPose) -> Self {
+        Self {
+            pose,
+            z: 0.0,
+            curvature: 0.0,
+            speed_mps: 0.0,
+            acceleration_mps2: 0.0,
+            gear: Gear::Forward,
+            automatic: true,
+        }
+    }
+
     /// Whether pose, curvature, speed and acceleration are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {

@@ -74,7 +74,7 @@ fn pose_of(point: &DiscretizedPoint) -> PlanarPose {
 }
 
 fn at(pose: PlanarPose, gear: Gear, speed_mps: f64) -> VehicleState {
-    VehicleState { pose, z: 0.0, curvature: 0.0, speed_mps, acceleration_mps2: 0.0, gear, automatic: true }
+    VehicleState { speed_mps, gear, ..VehicleState::standing_at(pose) }
 }
 
 fn partitioner() -> Partitioner {

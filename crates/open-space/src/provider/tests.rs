@@ -125,15 +125,7 @@ fn straight(metres: i32) -> DiscretizedTrajectory {
 }
 
 fn vehicle_at(x: f64, y: f64, yaw: f64) -> VehicleState {
-    VehicleState {
-        pose: PlanarPose::new(x, y, yaw),
-        z: 0.0,
-        curvature: 0.0,
-        speed_mps: 0.0,
-        acceleration_mps2: 0.0,
-        gear: Gear::Forward,
-        automatic: true,
-    }
+    VehicleState::standing_at(PlanarPose::new(x, y, yaw))
 }
 
 /// A region whose frame is the map's, its goal 20 m along x.

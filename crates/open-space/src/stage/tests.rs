@@ -79,15 +79,7 @@ fn stage(plans: u32) -> (ParkingStage, ScriptedWorker) {
 }
 
 fn at(x: f64, y: f64, speed_mps: f64) -> VehicleState {
-    VehicleState {
-        pose: PlanarPose::new(x, y, 0.0),
-        z: 0.0,
-        curvature: 0.0,
-        speed_mps,
-        acceleration_mps2: 0.0,
-        gear: Gear::Forward,
-        automatic: true,
-    }
+    VehicleState { speed_mps, ..VehicleState::standing_at(PlanarPose::new(x, y, 0.0)) }
 }
 
 fn region() -> Arc<Region> {

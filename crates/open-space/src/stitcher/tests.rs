@@ -3,18 +3,9 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::pose::Gear;
 
 fn at(x: f64, y: f64) -> VehicleState {
-    VehicleState {
-        pose: PlanarPose::new(x, y, 0.0),
-        z: 0.0,
-        curvature: 0.0,
-        speed_mps: 0.0,
-        acceleration_mps2: 0.0,
-        gear: Gear::Forward,
-        automatic: true,
-    }
+    VehicleState::standing_at(PlanarPose::new(x, y, 0.0))
 }
 
 /// A metre along the x axis in a second, a point every tenth, header at 100 s.
