@@ -13,6 +13,7 @@
 mod drac;
 mod ego;
 mod findings;
+mod motions;
 mod objects;
 mod passage;
 mod priority;
@@ -25,9 +26,10 @@ mod yielding;
 pub use drac::Method;
 pub use findings::{CollisionCause, CollisionMemo};
 
-use self::drac::{DracBuffers, EgoMotions, Evaluation, Outcome, Situation};
-use self::findings::{Finding, Findings, Tally, first_contact, judgement};
-use self::objects::{Object, Objects};
+use self::drac::{DracBuffers, Evaluation, Outcome, Situation, Turn};
+use self::findings::{Finding, Findings, Known, first_contact, judgement};
+use self::motions::EgoMotions;
+use self::objects::{Course, Object, Objects};
 use self::passage::Hit;
 pub(crate) use self::priority::PriorityMap;
 use self::settings::Settings;
@@ -58,6 +60,7 @@ const SAMPLED_PATH_S: f64 = 30.0;
 pub struct Workspace {
     ego: EgoMotions,
     drac: DracBuffers,
+    turns: Vec<Turn>,
     rss_slice: Sweep,
     rss_tail: Sweep,
     hulls: HullBuffers,
@@ -196,26 +199,10 @@ impl Filter for CollisionCheckFilter {
             return Judgement::not_assessed("candidate and predicted objects are too far apart in time");
         }
         let work = &mut scratch.collision_check;
-        work.ego.path.fill(candidate, offset_s);
-        work.ego.restart(&self.settings, SAMPLED_PATH_S.max(self.objects.horizon_s));
-        let command = candidate.message.turn_indicators_command.command;
-        let situation = Situation {
-            settings: &self.settings,
-            objects: &self.objects,
-            priority,
-            odometry_s: cycle.odometry_s,
-            indicators_are_off: command == TurnIndicatorsCommand::DISABLE,
-        };
-        let mut findings = Findings {
-            path: Tally::NONE,
-            arc: Tally::NONE,
-            rss: Tally::NONE,
-            worst: None,
-            memo: CollisionMemo::default(),
-        };
-        for object in self.objects.objects.iter().filter(|object| object.uses_drac) {
-            self.assess_passages(&situation, object, work, &mut findings);
-        }
+        let situation = self.situation(cycle, priority, candidate, offset_s, work);
+        let mut findings = Findings::new(&self.settings);
+        findings.memo.without_predicted_path = self.objects.lack_path;
+        self.assess_passages(&situation, work, &mut findings);
         self.assess_distances(cycle, candidate, work, &mut findings);
         judgement(candidate, offset_s, &findings)
     }
@@ -237,54 +224,81 @@ impl Filter for CollisionCheckFilter {
 }
 
 impl CollisionCheckFilter {
-    fn assess_passages(
+    /// Samples the candidate as planned.
+    fn situation<'s>(
+        &'s self,
+        cycle: &Cycle,
+        priority: &'s PriorityMap,
+        candidate: &Candidate,
+        offset_s: f64,
+        work: &mut Workspace,
+    ) -> Situation<'s> {
+        work.ego.path.fill(candidate, offset_s);
+        work.ego.restart(&self.settings, SAMPLED_PATH_S.max(self.objects.horizon_s));
+        let command = candidate.message.turn_indicators_command.command;
+        Situation {
+            settings: &self.settings,
+            objects: &self.objects,
+            priority,
+            odometry_s: cycle.odometry_s,
+            indicators_are_off: command == TurnIndicatorsCommand::DISABLE,
+        }
+    }
+
+    /// True if the vehicle and an object have been standing for so long that findings on its predicted paths count for
+    /// nothing.
+    fn lifts_paths(&self, object: &Object) -> bool {
+        let wait_ns = self.settings.class(object.class).arbitration_wait_ns;
+        wait_ns.is_some_and(|wait_ns| object.mutual_standing_ns > wait_ns)
+    }
+
+    fn assess_passages(&self, situation: &Situation<'_>, work: &mut Workspace, findings: &mut Findings) {
+        let mut turns = std::mem::take(&mut work.turns);
+        situation.line_up(&mut work.ego, &mut turns);
+        for &turn in &turns {
+            let course = &self.objects.courses[turn.course];
+            let object = &self.objects.objects[course.object];
+            let known = Known {
+                findings,
+                number: course.place + 1,
+                lifts_paths: self.lifts_paths(object),
+                resolution_s: self.settings.resolution_s,
+            };
+            match situation.assess((object, course), turn, &mut work.ego, &mut work.drac, known) {
+                Outcome::Clear | Outcome::Known => {}
+                Outcome::NotAssessed(method) => findings.leave_open(method),
+                Outcome::Evaluated(evaluation) if known.is_lifted(evaluation.method) => {}
+                Outcome::Evaluated(evaluation) => self.take((object, course), &evaluation, work, findings),
+            }
+        }
+        work.turns = turns;
+    }
+
+    /// Takes what came out for one way of an object, and shows it if it is the worst.
+    fn take(
         &self,
-        situation: &Situation<'_>,
-        object: &Object,
+        (object, course): (&Object, &Course),
+        evaluation: &Evaluation,
         work: &mut Workspace,
         findings: &mut Findings,
     ) {
-        let of_class = self.settings.class(object.class);
-        findings.memo.without_predicted_path |= of_class.assesses_paths && !object.has_predicted_path;
-        let lifts_path_findings =
-            of_class.arbitration_wait_ns.is_some_and(|wait_ns| object.mutual_standing_ns > wait_ns);
-        for course in &self.objects.courses[object.courses.clone()] {
-            let begins_s =
-                |evaluation: &Evaluation| evaluation.passages.first.ego as f64 * self.settings.resolution_s;
-            let is_lifted = |method: Method| method.is_map_based() && lifts_path_findings;
-            let is_known = |evaluation: &Evaluation| {
-                is_lifted(evaluation.method) || findings.knows(evaluation, begins_s(evaluation))
-            };
-            let evaluation = match situation.assess(object, course, &mut work.ego, &mut work.drac, is_known) {
-                Outcome::Clear | Outcome::Known => continue,
-                Outcome::NotAssessed(method) => {
-                    findings.leave_open(method);
-                    continue;
-                }
-                Outcome::Evaluated(evaluation) => evaluation,
-            };
-            if is_lifted(evaluation.method) {
-                continue;
-            }
-            findings.take(&evaluation);
-            if evaluation.risk > RiskLevel::Safe && findings.may_show(evaluation.risk, begins_s(&evaluation))
-            {
-                findings.show(self.passage_finding(object, course.slices.start, &evaluation, work));
-            }
+        findings.take(evaluation, course.place + 1);
+        let begins_s = evaluation.passages.first.ego as f64 * self.settings.resolution_s;
+        if evaluation.risk > RiskLevel::Safe && findings.may_show(evaluation.risk, begins_s) {
+            findings.show(self.passage_finding((object, course), evaluation, work));
         }
     }
 
     fn passage_finding(
         &self,
-        object: &Object,
-        first_slice: usize,
+        (object, course): (&Object, &Course),
         evaluation: &Evaluation,
         work: &mut Workspace,
     ) -> Finding {
         let Hit { ego, object: object_slice } = evaluation.passages.first;
         let place = self.settings.class(object.class).ego_outline;
         let ego_slice = work.ego.planned_sweep(place).slice(ego);
-        let object_slice = self.objects.sweep.slice(first_slice + object_slice);
+        let object_slice = self.objects.sweep.slice(course.slices.start + object_slice);
         let bodies = [(&self.settings.ego_outlines[place], ego_slice), (&object.outline, object_slice)];
         let ratio = first_contact(bodies).unwrap_or(0.0);
         let resolution_s = self.settings.resolution_s;
@@ -293,6 +307,7 @@ impl CollisionCheckFilter {
             time_s: (ego as f64 + ratio) * resolution_s,
             place: ego_slice.start.between(&ego_slice.end, ratio),
             object: object.id,
+            number: course.place + 1,
             cause: CollisionCause::Passage {
                 method: evaluation.method,
                 pet_s: evaluation.passages.first.pet_ticks() as f64 * resolution_s,
@@ -325,12 +340,13 @@ impl CollisionCheckFilter {
                 rss::required_acceleration_mps2(cycle.speed_mps, distance_m, object_mps, of_class);
             let is_dangerous = required_mps2 < of_class.error_acceleration_mps2;
             let risk = if is_dangerous { RiskLevel::Danger } else { RiskLevel::Safe };
-            findings.rss.take(risk, required_mps2, of_class.error_acceleration_mps2);
+            findings.rss.take(risk, required_mps2, of_class.error_acceleration_mps2, place + 1);
             findings.show(Finding {
                 risk,
                 time_s,
                 place: touch.place,
                 object: object.id,
+                number: self.objects.courses.len() + place + 1,
                 cause: CollisionCause::Distance { required_mps2 },
             });
         }
@@ -413,3 +429,6 @@ fn rounding_m(bounds: &Bounds) -> f64 {
     let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
     sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,9 @@
 //! object. Who passes first and who has priority choose the case; a case says which accelerations are tried. The first
 //! that leaves no passage is the required one.
 
-use super::ego::{Braking, EgoMotion, EgoPath};
+use super::ego::Braking;
+use super::findings::Known;
+use super::motions::EgoMotions;
 use super::objects::{Course, Object, Objects, Way};
 use super::passage::{Body, Hit, Passages, Search, SearchBuffers, Sought};
 use super::priority::{PriorityBuffers, PriorityMap};
@@ -12,7 +14,8 @@ use super::settings::{Case, ClassSettings, EgoTiers, Settings};
 use super::yielding::YieldingObjects;
 use crate::verdict::RiskLevel;
 use motion::Point2;
-use motion::occupancy::{Bounds, Sweep};
+use motion::occupancy::{GROUP, Sweep};
+use smallvec::{SmallVec, smallvec};
 use std::fmt;
 
 /// The case by which an object was assessed. Shown in upstream's words.
@@ -47,7 +50,7 @@ impl fmt::Display for Method {
 
 impl Method {
     /// True if the object's braking is considered before the vehicle's.
-    fn object_may_brake(self) -> bool {
+    pub(super) fn object_may_brake(self) -> bool {
         !matches!(self, Self::ConstantCurvatureObjectEarlier | Self::ObjectPrioritizedObjectEarlier)
     }
 
@@ -69,6 +72,13 @@ pub(super) struct Evaluation {
     pub(super) passages: Passages,
 }
 
+/// Brakings of the vehicle that are tried for one way.
+const TRIES: usize = 4;
+/// The last of these that sets in with delay.
+const HARDEST_WITH_DELAY: usize = 2;
+/// What may come of the vehicle's braking: the first, the second, ... try is enough, or none is.
+const ALL_OUTCOMES: usize = TRIES + 1;
+
 /// What came out for one way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Outcome {
@@ -80,73 +90,6 @@ pub(super) enum Outcome {
     Known,
     /// The case was assessed.
     Evaluated(Evaluation),
-}
-
-/// The vehicle's motions on one candidate.
-#[derive(Debug, Default)]
-pub(super) struct EgoMotions {
-    pub(super) path: EgoPath,
-    pub(super) planned: EgoMotion,
-    /// What the planned motion covers, for each outline of the settings; empty if not needed yet.
-    planned_sweeps: Vec<Sweep>,
-    /// Box around the planned motion with the largest outline.
-    bounds: Option<Bounds>,
-    braking: EgoMotion,
-    /// What braking motions cover; the first `trials_used` are of this candidate.
-    trials: Vec<Trial>,
-    trials_used: usize,
-}
-
-#[derive(Debug)]
-struct Trial {
-    braking: Braking,
-    outline: usize,
-    sweep: Sweep,
-}
-
-impl EgoMotions {
-    /// Starts a candidate whose points are in `path`.
-    pub(super) fn restart(&mut self, settings: &Settings, horizon_s: f64) {
-        self.planned.sample(&self.path, None, settings.resolution_s, horizon_s);
-        self.planned_sweeps.resize_with(settings.ego_outlines.len(), Sweep::default);
-        self.planned_sweeps.iter_mut().for_each(Sweep::clear);
-        self.trials_used = 0;
-        let radius_m =
-            settings.ego_outlines.iter().map(motion::occupancy::Outline::radius_m).fold(0.0, f64::max);
-        // The path itself may bend out of the straight lines between the samples.
-        let points = self.planned.poses.iter().chain(self.path.poses()).map(|pose| pose.position);
-        self.bounds = Some(Bounds::around(points).grown(radius_m));
-    }
-
-    /// Makes what the vehicle covers as planned, with one of the outlines.
-    pub(super) fn plan_sweep(&mut self, settings: &Settings, outline: usize) {
-        if self.planned_sweeps[outline].is_empty() {
-            self.planned.sweep(&settings.ego_outlines[outline], &mut self.planned_sweeps[outline]);
-        }
-    }
-
-    /// What the vehicle covers as planned, with one of the outlines; empty until it was made.
-    pub(super) fn planned_sweep(&self, outline: usize) -> &Sweep {
-        &self.planned_sweeps[outline]
-    }
-
-    /// Place of the motion that brakes in this way.
-    fn trial(&mut self, settings: &Settings, outline: usize, braking: Braking, horizon_s: f64) -> usize {
-        let is_wanted = |trial: &Trial| trial.braking == braking && trial.outline == outline;
-        if let Some(place) = self.trials[..self.trials_used].iter().position(is_wanted) {
-            return place;
-        }
-        let place = self.trials_used;
-        if place == self.trials.len() {
-            self.trials.push(Trial { braking, outline, sweep: Sweep::default() });
-        }
-        self.braking.sample(&self.path, Some(braking), settings.resolution_s, horizon_s);
-        let trial = &mut self.trials[place];
-        (trial.braking, trial.outline) = (braking, outline);
-        self.braking.sweep(&settings.ego_outlines[outline], &mut trial.sweep);
-        self.trials_used += 1;
-        place
-    }
 }
 
 /// Memory of assessments.
@@ -170,23 +113,52 @@ pub(super) struct Situation<'a> {
     pub(super) indicators_are_off: bool,
 }
 
+/// A course that comes near to the candidate, and the first slice of the vehicle that it may meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Turn {
+    begin: usize,
+    /// Place in [`Objects::courses`].
+    pub(super) course: usize,
+}
+
+#[cfg(test)]
+impl Turn {
+    /// The turn of a course of which nothing is known.
+    pub(super) fn at_once(course: &Course) -> Self {
+        Self { begin: 0, course: course.place }
+    }
+}
+
 impl Situation<'_> {
-    /// Assesses one way of an object. `is_known` says of an evaluation that it would change nothing of what was found:
-    /// if that is so for all that may come out, no braking is tried.
+    /// Lists the courses that come near to the candidate as planned, the earliest first: what is found on them early
+    /// tells that much of what comes later needs no look. No other course has a passage.
+    pub(super) fn line_up(&self, ego: &mut EgoMotions, turns: &mut Vec<Turn>) {
+        turns.clear();
+        let Some(bounds) = ego.bounds else { return };
+        for course in self.objects.courses.iter().filter(|course| bounds.meets(&course.bounds)) {
+            ego.plan_sweep(self.settings, course.ego_outline);
+            let planned = ego.planned_sweep(course.ego_outline);
+            if let Some(group) = self.objects.windows_of(course).first_near_group(planned) {
+                turns.push(Turn { begin: group * GROUP, course: course.place });
+            }
+        }
+        turns.sort_unstable();
+    }
+
+    /// Assesses one way of an object. Where all that may come out is known already, it is not found out.
     pub(super) fn assess(
         &self,
-        object: &Object,
-        course: &Course,
+        (object, course): (&Object, &Course),
+        turn: Turn,
         ego: &mut EgoMotions,
         buffers: &mut DracBuffers,
-        is_known: impl Fn(&Evaluation) -> bool,
+        known: Known<'_>,
     ) -> Outcome {
-        if !ego.bounds.is_some_and(|bounds| bounds.meets(&course.bounds)) {
-            return Outcome::Clear;
-        }
         let of_class = self.settings.class(object.class);
-        ego.plan_sweep(self.settings, of_class.ego_outline);
-        let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
+        if self.changes_nothing((object, course), turn, ego, buffers, known) {
+            return Outcome::Known;
+        }
+        let planned = self.ego_body(ego.planned_sweep(of_class.ego_outline), of_class);
         let on_course = self.object_body(object, course);
         let windows = self.objects.windows_of(course);
         let search = Search::new(planned, on_course, windows, of_class, &mut buffers.search);
@@ -201,14 +173,9 @@ impl Situation<'_> {
             let safe_mps2 = case.tiers.safe;
             Evaluation { method, risk, required_mps2, safe_mps2, passages }
         };
-        let of_braking = |required: Option<f64>| {
-            evaluation(risk_of(required, &case.tiers), required.unwrap_or(f64::NEG_INFINITY))
-        };
         // All that may come out: the object's braking is enough, the vehicle's, or nothing.
-        let EgoTiers { safe, danger, fatal, .. } = case.tiers;
-        if [RiskLevel::Safe, RiskLevel::LowCaution].iter().all(|&risk| is_known(&evaluation(risk, 0.0)))
-            && [Some(safe), Some(danger), Some(fatal), None].iter().all(|&it| is_known(&of_braking(it)))
-        {
+        let begin = passages.first.ego;
+        if known.yielding(method, begin) && known.tries(method, &case.tiers, begin) == ALL_OUTCOMES {
             return Outcome::Known;
         }
         if method.object_may_brake()
@@ -216,14 +183,99 @@ impl Situation<'_> {
         {
             return Outcome::Evaluated(evaluation(risk, 0.0));
         }
-        Outcome::Evaluated(of_braking(self.required_braking(
-            object,
-            course,
-            &case.tiers,
-            of_class,
-            ego,
-            buffers,
-        )))
+        let tries = self.tries(&case.tiers, of_class);
+        let enough =
+            tries.into_iter().find(|&braking| !self.is_passed((object, course), braking, ego, buffers));
+        let required = enough.map(|braking| braking.acceleration_mps2);
+        Outcome::Evaluated(evaluation(risk_of(required, &case.tiers), required.unwrap_or(f64::NEG_INFINITY)))
+    }
+
+    /// True only if whatever a look at a way finds changes nothing: it is clear; or the case is switched off and that
+    /// was noted before; or a braking of the object is enough, or one of the vehicle, up to one that clears the way
+    /// beyond doubt, and each of these outcomes is known. Passages begin no earlier than the turn says.
+    fn changes_nothing(
+        &self,
+        (object, course): (&Object, &Course),
+        turn: Turn,
+        ego: &mut EgoMotions,
+        buffers: &mut DracBuffers,
+        known: Known<'_>,
+    ) -> bool {
+        let of_class = self.settings.class(object.class);
+        let mut leading = ALL_OUTCOMES;
+        let mut tiers: Option<EgoTiers> = None;
+        for &(method, case) in self.possible_cases(course, of_class).as_slice() {
+            if !case.is_enabled {
+                if !known.is_left_open(method) {
+                    return false;
+                }
+                continue;
+            }
+            leading = leading.min(known.tries(method, &case.tiers, turn.begin));
+            // Which motion is tried must not depend on the case.
+            let is_other = tiers.is_some_and(|other| !other.tries_same(&case.tiers));
+            if leading == 0 || is_other || !known.yielding(method, turn.begin) {
+                return false;
+            }
+            tiers = Some(case.tiers);
+        }
+        let Some(tiers) = tiers.filter(|_| leading < ALL_OUTCOMES) else { return true };
+        // The hardest of them is most likely to clear the way. With full delay it was perhaps tried before.
+        let braking = self.tries(&tiers, of_class)[(leading - 1).min(HARDEST_WITH_DELAY)];
+        !self.is_passed((object, course), braking, ego, buffers)
+    }
+
+    /// The cases that a passage on a course may come to, whoever passes first.
+    fn possible_cases(&self, course: &Course, of_class: &ClassSettings) -> SmallVec<[(Method, Case); 4]> {
+        if matches!(course.way, Way::Arc { .. }) {
+            return smallvec![
+                (Method::ConstantCurvatureEgoEarlier, of_class.arc_ego_earlier),
+                (Method::ConstantCurvatureObjectEarlier, of_class.arc_object_earlier),
+            ];
+        }
+        let object_prioritized = [
+            (Method::ObjectPrioritizedEgoEarlier, of_class.object_prioritized_ego_earlier),
+            (Method::ObjectPrioritizedObjectEarlier, of_class.object_prioritized_object_earlier),
+        ];
+        let ego_prioritized = [
+            (Method::EgoPrioritizedEgoEarlier, of_class.ego_prioritized_ego_earlier),
+            (Method::EgoPrioritizedObjectEarlier, of_class.ego_prioritized_object_earlier),
+        ];
+        match (self.indicators_are_off, of_class.is_vulnerable) {
+            (false, _) => object_prioritized.into_iter().collect(),
+            (true, false) => ego_prioritized.into_iter().collect(),
+            (true, true) => object_prioritized.into_iter().chain(ego_prioritized).collect(),
+        }
+    }
+
+    /// How the vehicle's braking is tried, in this order.
+    fn tries(&self, tiers: &EgoTiers, of_class: &ClassSettings) -> [Braking; TRIES] {
+        let delayed_s = self.odometry_s + of_class.braking_delay_s;
+        [
+            (tiers.safe, delayed_s),
+            (tiers.danger, delayed_s),
+            (tiers.fatal, delayed_s),
+            (tiers.fatal, self.odometry_s),
+        ]
+        .map(|(acceleration_mps2, start_s)| Braking { start_s, acceleration_mps2 })
+    }
+
+    /// True if there is a passage although the vehicle brakes.
+    fn is_passed(
+        &self,
+        (object, course): (&Object, &Course),
+        braking: Braking,
+        ego: &mut EgoMotions,
+        buffers: &mut DracBuffers,
+    ) -> bool {
+        let of_class = self.settings.class(object.class);
+        let cover = ego.braked(self.settings, of_class.ego_outline, braking, self.objects.horizon_s);
+        // Slices lie in the boxes around them all: where those are apart no slice meets another.
+        cover.bounds.meets(&course.bounds) && {
+            let braked = self.ego_body(&cover.sweep, of_class);
+            let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
+            Search::new(braked, on_course, windows, of_class, &mut buffers.search).has_passage()
+        }
     }
 
     fn ego_body<'s>(&'s self, sweep: &'s Sweep, of_class: &ClassSettings) -> Body<'s> {
@@ -302,37 +354,14 @@ impl Situation<'_> {
             let (sweep, windows) =
                 yielding.braking(self.objects, (object, course), tier, of_class, self.settings);
             let braking = Body { outline: &object.outline, sweep, slices: 0..sweep.len() };
-            let planned = self.ego_body(&ego.planned_sweeps[of_class.ego_outline], of_class);
+            let planned = self.ego_body(ego.planned_sweep(of_class.ego_outline), of_class);
             !Search::new(planned, braking, windows, of_class, search).has_passage()
         })?;
         Some(if enough >= safe_mps2 { RiskLevel::Safe } else { RiskLevel::LowCaution })
     }
-
-    /// The first acceleration of the vehicle that leaves no passage; `None` if none does.
-    fn required_braking(
-        &self,
-        object: &Object,
-        course: &Course,
-        tiers: &EgoTiers,
-        of_class: &ClassSettings,
-        ego: &mut EgoMotions,
-        buffers: &mut DracBuffers,
-    ) -> Option<f64> {
-        let delay_s = of_class.braking_delay_s;
-        let tries =
-            [(tiers.safe, delay_s), (tiers.danger, delay_s), (tiers.fatal, delay_s), (tiers.fatal, 0.0)];
-        let enough = tries.into_iter().find(|&(acceleration_mps2, delay_s)| {
-            let braking = Braking { start_s: self.odometry_s + delay_s, acceleration_mps2 };
-            let place = ego.trial(self.settings, of_class.ego_outline, braking, self.objects.horizon_s);
-            let braked = self.ego_body(&ego.trials[place].sweep, of_class);
-            let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
-            !Search::new(braked, on_course, windows, of_class, &mut buffers.search).has_passage()
-        });
-        enough.map(|(acceleration_mps2, _)| acceleration_mps2)
-    }
 }
 
-fn risk_of(required_mps2: Option<f64>, tiers: &EgoTiers) -> RiskLevel {
+pub(super) fn risk_of(required_mps2: Option<f64>, tiers: &EgoTiers) -> RiskLevel {
     match required_mps2 {
         None if tiers.may_abandon => RiskLevel::LowCaution,
         None => RiskLevel::Fatal,

@@ -1,6 +1,7 @@
 //! What was found about a candidate, and how it is told: metrics, the worst finding with its place, words.
 
-use super::drac::{Evaluation, Method};
+use super::drac::{Evaluation, Method, risk_of};
+use super::settings::{EgoTiers, Settings};
 use crate::candidate::Candidate;
 use crate::verdict::{Evidence, Judgement, Memo, Metric, RiskLevel};
 use messages::unique_identifier_msgs::Uuid;
@@ -82,37 +83,74 @@ impl CollisionMemo {
     }
 }
 
-/// The worst risk of one kind, and the smallest acceleration found.
+/// The worst risk of one kind, and the smallest acceleration found. What is taken has a number; in whatever order it
+/// is taken, the outcome is as if it were taken in the order of its numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tally {
     pub(super) risk: RiskLevel,
-    pub(super) required_mps2: f64,
-    pub(super) threshold: f64,
-    pub(super) lacks_case: bool,
+    required_mps2: f64,
+    /// What has this risk, and what requires this acceleration: of several the one with the lowest number.
+    risk_from: Origin,
+    required_from: Origin,
+    /// True if all that is taken has the same threshold.
+    threshold_is_one: bool,
+    lacks_case: bool,
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy)]
+struct Origin {
+    /// Number of what was taken, from 1; 0 for nothing yet.
+    number: usize,
+    threshold: f64,
 }
 
 impl Tally {
-    pub(super) const NONE: Self =
-        Self { risk: RiskLevel::Safe, required_mps2: 0.0, threshold: f64::NAN, lacks_case: false };
-
-    pub(super) fn take(&mut self, risk: RiskLevel, required_mps2: f64, threshold: f64) {
-        if required_mps2 < self.required_mps2 || risk > self.risk {
-            self.threshold = threshold;
+    pub(super) fn new(threshold_is_one: bool) -> Self {
+        let nothing = Origin { number: 0, threshold: f64::NAN };
+        Self {
+            risk: RiskLevel::Safe,
+            required_mps2: 0.0,
+            risk_from: nothing,
+            required_from: nothing,
+            threshold_is_one,
+            lacks_case: false,
         }
-        self.risk = self.risk.max(risk);
-        self.required_mps2 = self.required_mps2.min(required_mps2);
     }
 
-    /// True if taking this changes nothing.
-    fn holds(&self, risk: RiskLevel, required_mps2: f64) -> bool {
-        risk <= self.risk && required_mps2 >= self.required_mps2
+    /// Takes what was found, with its number from 1 on.
+    pub(super) fn take(&mut self, risk: RiskLevel, required_mps2: f64, threshold: f64, number: usize) {
+        let origin = Origin { number, threshold };
+        if risk > self.risk || (risk == self.risk && number < self.risk_from.number) {
+            (self.risk, self.risk_from) = (risk, origin);
+        }
+        let is_earlier = number < self.required_from.number;
+        if required_mps2 < self.required_mps2 || (required_mps2 == self.required_mps2 && is_earlier) {
+            (self.required_mps2, self.required_from) = (required_mps2, origin);
+        }
+    }
+
+    /// True if taking this changes nothing that is told.
+    fn holds(&self, risk: RiskLevel, required_mps2: f64, number: usize) -> bool {
+        // A lower number may change the threshold, unless there is but one.
+        let is_later = |equals: bool, origin: &Origin| !equals || number >= origin.number;
+        let keeps_origins = self.threshold_is_one
+            || (is_later(risk == self.risk, &self.risk_from)
+                && is_later(required_mps2 == self.required_mps2, &self.required_from));
+        risk <= self.risk && required_mps2 >= self.required_mps2 && keeps_origins
+    }
+
+    /// That of the last one, in the order of numbers, which was worse than all before it in risk or acceleration.
+    fn threshold(&self) -> f64 {
+        let (risk, required) = (&self.risk_from, &self.required_from);
+        if risk.number > required.number { risk.threshold } else { required.threshold }
     }
 
     fn metric(&self, name: &'static str) -> Metric {
         // A value is what was found; not-a-number says that nothing was found, but not everything was looked at.
         let is_unknown = self.lacks_case && self.required_mps2 == 0.0 && self.risk == RiskLevel::Safe;
         let value = if is_unknown { f64::NAN } else { self.required_mps2 };
-        Metric { name, value, threshold: self.threshold, risk: self.risk }
+        Metric { name, value, threshold: self.threshold(), risk: self.risk }
     }
 }
 
@@ -124,15 +162,19 @@ pub(super) struct Finding {
     pub(super) time_s: f64,
     pub(super) place: PlanarPose,
     pub(super) object: Uuid,
+    /// Orders findings that have all of the above in common.
+    pub(super) number: usize,
     pub(super) cause: CollisionCause,
 }
 
 impl Finding {
-    /// Worse, or as bad and earlier; ties by object, so that the order of objects does not matter.
+    /// Worse, or as bad and earlier; ties by object, so that the order of objects does not matter. In whatever order
+    /// findings are shown, the same one is left.
     fn comes_before(&self, other: &Self) -> bool {
         (other.risk.cmp(&self.risk))
             .then(self.time_s.total_cmp(&other.time_s))
             .then(self.object.cmp(&other.object))
+            .then(self.number.cmp(&other.number))
             .is_lt()
     }
 }
@@ -148,6 +190,16 @@ pub(super) struct Findings {
 }
 
 impl Findings {
+    pub(super) fn new(settings: &Settings) -> Self {
+        Self {
+            path: Tally::new(settings.path_threshold_is_one),
+            arc: Tally::new(settings.arc_threshold_is_one),
+            rss: Tally::new(false),
+            worst: None,
+            memo: CollisionMemo::default(),
+        }
+    }
+
     fn tally(&mut self, method: Method) -> &mut Tally {
         if method.is_map_based() { &mut self.path } else { &mut self.arc }
     }
@@ -160,18 +212,30 @@ impl Findings {
         self.memo.not_assessed = Some(known.map_or(method, |known| known.min(method)));
     }
 
-    /// Takes what came out for one way of an object, without showing it.
-    pub(super) fn take(&mut self, evaluation: &Evaluation) {
+    /// True if [`Self::leave_open`] was told of this case, or of one that is named rather than it.
+    fn has_left_open(&self, method: Method) -> bool {
+        let tally = if method.is_map_based() { &self.path } else { &self.arc };
+        tally.lacks_case && self.memo.not_assessed.is_some_and(|known| known <= method)
+    }
+
+    /// Takes what came out for one way of an object, without showing it; the way's number counts from 1.
+    pub(super) fn take(&mut self, evaluation: &Evaluation, number: usize) {
         let Evaluation { risk, required_mps2, safe_mps2, .. } = *evaluation;
-        self.tally(evaluation.method).take(risk, required_mps2, safe_mps2);
+        self.tally(evaluation.method).take(risk, required_mps2, safe_mps2, number);
     }
 
     /// True if neither [`Self::take`] of this nor showing it, which begins at a time \[s\] at the earliest, would change
     /// anything: what is known of its kind is as bad, and what is shown is worse or earlier.
-    pub(super) fn knows(&self, evaluation: &Evaluation, earliest_s: f64) -> bool {
-        let Evaluation { method, risk, required_mps2, .. } = *evaluation;
+    fn knows(
+        &self,
+        method: Method,
+        (risk, required_mps2): (RiskLevel, f64),
+        earliest_s: f64,
+        number: usize,
+    ) -> bool {
         let tally = if method.is_map_based() { &self.path } else { &self.arc };
-        tally.holds(risk, required_mps2) && (risk == RiskLevel::Safe || !self.may_show(risk, earliest_s))
+        tally.holds(risk, required_mps2, number)
+            && (risk == RiskLevel::Safe || !self.may_show(risk, earliest_s))
     }
 
     /// False if no finding of a risk at or after a time \[s\] can come before the one known.
@@ -187,6 +251,52 @@ impl Findings {
         {
             self.worst = Some(finding);
         }
+    }
+}
+
+/// What is known when the turn of one way of an object comes: which outcomes would change nothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub(super) findings: &'a Findings,
+    /// Number of the way, from 1.
+    pub(super) number: usize,
+    /// True if findings on predicted paths of this object are lifted: they count for nothing.
+    pub(super) lifts_paths: bool,
+    pub(super) resolution_s: f64,
+}
+
+impl Known<'_> {
+    /// How many outcomes of the vehicle's braking, counted from the mildest, change nothing, if passages begin with a
+    /// slice of the vehicle at the earliest.
+    pub(super) fn tries(&self, method: Method, tiers: &EgoTiers, begin: usize) -> usize {
+        let EgoTiers { safe, danger, fatal, .. } = *tiers;
+        let outcomes = [Some(safe), Some(danger), Some(fatal), Some(fatal), None];
+        let changes = |required: Option<f64>| {
+            !self.holds(method, risk_of(required, tiers), required.unwrap_or(f64::NEG_INFINITY), begin)
+        };
+        outcomes.into_iter().position(changes).unwrap_or(outcomes.len())
+    }
+
+    /// True if the object's braking, where it counts, changes nothing when it is enough.
+    pub(super) fn yielding(&self, method: Method, begin: usize) -> bool {
+        !method.object_may_brake()
+            || [RiskLevel::Safe, RiskLevel::LowCaution]
+                .iter()
+                .all(|&risk| self.holds(method, risk, 0.0, begin))
+    }
+
+    /// True if it changes nothing that a case is switched off.
+    pub(super) fn is_left_open(&self, method: Method) -> bool {
+        self.findings.has_left_open(method)
+    }
+
+    pub(super) fn is_lifted(&self, method: Method) -> bool {
+        self.lifts_paths && method.is_map_based()
+    }
+
+    fn holds(&self, method: Method, risk: RiskLevel, required_mps2: f64, begin: usize) -> bool {
+        let earliest_s = begin as f64 * self.resolution_s;
+        self.is_lifted(method) || self.findings.knows(method, (risk, required_mps2), earliest_s, self.number)
     }
 }
 

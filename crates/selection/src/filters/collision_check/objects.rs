@@ -30,11 +30,7 @@ pub(super) struct Object {
     pub(super) pose: Pose,
     /// Velocity in the object's frame \[m/s\].
     pub(super) velocity: Vector2,
-    pub(super) uses_drac: bool,
     pub(super) uses_rss: bool,
-    /// Its courses, places in [`Objects::courses`].
-    pub(super) courses: Range<usize>,
-    pub(super) has_predicted_path: bool,
     /// For how long both it and the vehicle have been standing \[ns\]; filled in by the filter.
     pub(super) mutual_standing_ns: i64,
 }
@@ -53,6 +49,10 @@ pub(super) enum Way {
 pub(super) struct Course {
     /// Its own place in [`Objects::courses`].
     pub(super) place: usize,
+    /// Place of what takes it in [`Objects::objects`].
+    pub(super) object: usize,
+    /// Outline of the vehicle that it is compared with, a place in the settings.
+    pub(super) ego_outline: usize,
     pub(super) way: Way,
     pub(super) speed_mps: f64,
     pub(super) horizon_s: f64,
@@ -77,6 +77,8 @@ pub(super) struct Objects {
     path_lengths_m: Vec<f64>,
     /// Until when slices of the vehicle can meet anything \[s\].
     pub(super) horizon_s: f64,
+    /// True if one of them has no predicted path, though its class's paths are to be assessed.
+    pub(super) lack_path: bool,
     buffers: CourseBuffers,
 }
 
@@ -128,6 +130,7 @@ impl Objects {
         self.path_poses.clear();
         self.path_lengths_m.clear();
         self.horizon_s = 0.0;
+        self.lack_path = false;
         for object in &message.objects {
             self.add(object, settings)?;
         }
@@ -146,8 +149,9 @@ impl Objects {
         let velocity = Vector2::new(twist.linear.x, twist.linear.y);
         let uses_drac = of_class.drac_shapes.contains(&shape);
         let planar = PlanarPose::from(&pose);
-        let first_course = self.courses.len();
         if uses_drac {
+            let has_path = message.kinematics.predicted_paths.iter().any(|path| !path.path.is_empty());
+            self.lack_path |= of_class.assesses_paths && !has_path;
             if let Some(horizon_s) = of_class.arc_horizon_s {
                 let (direction, turn_rad_per_m) = turn_per_metre(velocity, twist.angular.z);
                 let way = Way::Arc { start: planar, direction, turn_rad_per_m };
@@ -167,10 +171,7 @@ impl Objects {
             outline,
             pose,
             velocity,
-            uses_drac,
             uses_rss: of_class.rss_shapes.contains(&shape),
-            courses: first_course..self.courses.len(),
-            has_predicted_path: message.kinematics.predicted_paths.iter().any(|path| !path.path.is_empty()),
             mutual_standing_ns: 0,
         });
         Ok(())
@@ -218,6 +219,8 @@ impl Objects {
         self.horizon_s = self.horizon_s.max(last_s);
         self.courses.push(Course {
             place: self.courses.len(),
+            object: self.objects.len(),
+            ego_outline: of_class.ego_outline,
             way,
             speed_mps,
             horizon_s,

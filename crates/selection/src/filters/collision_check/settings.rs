@@ -27,6 +27,13 @@ pub(super) struct EgoTiers {
     pub(super) may_abandon: bool,
 }
 
+impl EgoTiers {
+    /// True if both try the same accelerations.
+    pub(super) fn tries_same(&self, other: &Self) -> bool {
+        [self.safe, self.danger, self.fatal] == [other.safe, other.danger, other.fatal]
+    }
+}
+
 /// What holds for one class of objects.
 #[derive(Debug, Clone)]
 pub(super) struct ClassSettings {
@@ -79,6 +86,9 @@ pub(super) struct Settings {
     pub(super) rss_cover: usize,
     pub(super) ego_stop: (f64, i64),
     pub(super) object_stop: (f64, i64),
+    /// True if findings on predicted paths, and on arcs, all have one threshold.
+    pub(super) path_threshold_is_one: bool,
+    pub(super) arc_threshold_is_one: bool,
 }
 
 impl Settings {
@@ -143,7 +153,20 @@ impl Settings {
                 error_acceleration_mps2: *parameters.rss.error_threshold.ego_acceleration.get(class),
             },
         });
-        let classes = classes.collect();
+        let classes: Vec<ClassSettings> = classes.collect();
+        let path_threshold_is_one = is_one(classes.iter().flat_map(|class| {
+            [
+                class.ego_prioritized_ego_earlier.tiers.safe,
+                class.ego_prioritized_object_earlier.tiers.safe,
+                class.object_prioritized_ego_earlier.tiers.safe,
+                class.object_prioritized_object_earlier.tiers.safe,
+            ]
+        }));
+        let arc_threshold_is_one = is_one(
+            classes
+                .iter()
+                .flat_map(|class| [class.arc_ego_earlier.tiers.safe, class.arc_object_earlier.tiers.safe]),
+        );
         let margin = &parameters.rss.ego_footprint_margin;
         let rss_outline = outline(vehicle, margin.lateral, margin.front, margin.rear);
         let rss_cover =
@@ -160,6 +183,8 @@ impl Settings {
             rss_cover,
             ego_stop: (stop.ego.stopped_velocity_threshold, nanoseconds(stop.ego.history_timeout)),
             object_stop: (stop.object.stopped_velocity_threshold, nanoseconds(stop.object.history_timeout)),
+            path_threshold_is_one,
+            arc_threshold_is_one,
         }
     }
 
@@ -194,6 +219,12 @@ fn tiers(parameters: &EgoDracAcceleration, class: ObjectClass) -> EgoTiers {
         fatal: value(&parameters.fatal_limit),
         may_abandon: *parameters.enable_abandon.get(class),
     }
+}
+
+/// True if all numbers are the same.
+fn is_one(mut numbers: impl Iterator<Item = f64>) -> bool {
+    let first = numbers.next();
+    numbers.all(|other| Some(other) == first)
 }
 
 fn nanoseconds(seconds: f64) -> i64 {

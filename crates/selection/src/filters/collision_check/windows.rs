@@ -81,6 +81,11 @@ impl WindowColumns {
 }
 
 impl Windows<'_> {
+    /// The first group of slices that meets the box around its windows; no slice before it meets its window.
+    pub(super) fn first_near_group(&self, ego: &Sweep) -> Option<usize> {
+        ego.groups().iter().zip(self.groups).position(|(slices, windows)| slices.meets(windows))
+    }
+
     /// Adds the slices that meet their windows, ascending. Whole groups are passed over where they do not meet.
     pub(super) fn find_near(&self, ego: &Sweep, near: &mut Vec<usize>) {
         for (group, (slices, window)) in ego.groups().iter().zip(self.groups).enumerate() {

@@ -1,0 +1,209 @@
+//! What the filter does not look at changes nothing: scenes drawn at random, judged by the filter and by a loop that
+//! looks at every way of every object, in the order of the message, as if nothing were known.
+
+use super::*;
+use crate::parameters::{ObjectClass, PerClass};
+use crate::scene::Epoch;
+use crate::test_scene::{candidate_of, scene};
+use lanelet_map::MapBuilder;
+use messages::autoware_perception_msgs::{ObjectClassification, PredictedObject, PredictedPath, Shape};
+use messages::builtin_interfaces::Duration;
+use messages::geometry_msgs::{Point, Pose, Quaternion};
+use messages::std_msgs::Header;
+use motion::{TimeFromStart, TrajectoryPoint};
+use proptest::prelude::*;
+
+/// Looks at everything: no way is passed over, and no braking is spared.
+fn plainly(filter: &CollisionCheckFilter, candidate: &Candidate, work: &mut Workspace) -> Judgement {
+    let (cycle, priority) = (filter.cycle.as_ref().unwrap(), filter.priority.as_ref().unwrap());
+    let situation = filter.situation(cycle, priority, candidate, 0.0, work);
+    let mut findings = Findings::new(&filter.settings);
+    findings.memo.without_predicted_path = filter.objects.lack_path;
+    let nothing = Findings::new(&filter.settings);
+    for course in &filter.objects.courses {
+        let object = &filter.objects.objects[course.object];
+        let resolution_s = filter.settings.resolution_s;
+        let known = Known { findings: &nothing, number: course.place + 1, lifts_paths: false, resolution_s };
+        work.ego.plan_sweep(&filter.settings, course.ego_outline);
+        let turn = Turn::at_once(course);
+        match situation.assess((object, course), turn, &mut work.ego, &mut work.drac, known) {
+            Outcome::Clear => {}
+            Outcome::Known => panic!("nothing is known"),
+            Outcome::NotAssessed(method) => findings.leave_open(method),
+            Outcome::Evaluated(evaluation) => {
+                if !(evaluation.method.is_map_based() && filter.lifts_paths(object)) {
+                    filter.take((object, course), &evaluation, work, &mut findings);
+                }
+            }
+        }
+    }
+    filter.assess_distances(cycle, candidate, work, &mut findings);
+    judgement(candidate, 0.0, &findings)
+}
+
+/// A place after a distance along an arc.
+fn along((x, y, yaw): (f64, f64, f64), turn: f64, distance_m: f64) -> (f64, f64, f64) {
+    let half = 0.5 * turn * distance_m;
+    let chord = if half.abs() < 1e-9 { distance_m } else { distance_m * half.sin() / half };
+    (x + chord * (yaw + half).cos(), y + chord * (yaw + half).sin(), yaw + 2.0 * half)
+}
+
+#[derive(Debug, Clone)]
+struct User {
+    place: (f64, f64, f64),
+    speed_mps: f64,
+    turns: Vec<f64>,
+    label: u8,
+    size: (f64, f64),
+    id: u8,
+}
+
+impl User {
+    fn message(&self) -> PredictedObject {
+        let pose = |(x, y, yaw): (f64, f64, f64)| Pose {
+            position: Point { x, y, z: 0.0 },
+            orientation: Quaternion::from_yaw(yaw),
+        };
+        let mut object =
+            PredictedObject { object_id: Uuid { uuid: [self.id; 16] }, ..PredictedObject::default() };
+        object.classification = vec![ObjectClassification { label: self.label, probability: 1.0 }];
+        object.kinematics.initial_pose_with_covariance.pose = pose(self.place);
+        let twist = &mut object.kinematics.initial_twist_with_covariance.twist;
+        twist.linear.x = self.speed_mps;
+        twist.angular.z = self.turns.first().map_or(0.0, |turn| turn * self.speed_mps);
+        object.shape.r#type = Shape::BOUNDING_BOX;
+        (object.shape.dimensions.x, object.shape.dimensions.y) = self.size;
+        object.kinematics.predicted_paths = self
+            .turns
+            .iter()
+            .map(|&turn| PredictedPath {
+                path: (0..17)
+                    .map(|k| pose(along(self.place, turn, self.speed_mps * 0.5 * f64::from(k))))
+                    .collect(),
+                time_step: Duration::from_nanoseconds(500_000_000),
+                confidence: 1.0,
+            })
+            .collect();
+        object
+    }
+}
+
+fn observed(users: &[User], speed_mps: f64) -> Scene {
+    let mut scene = scene();
+    let header = Header { stamp: scene.now, frame_id: "map".to_owned() };
+    let map = Arc::new(MapBuilder::new().build().unwrap());
+    scene.map = Some(Epoch { number: 1, value: HdMap::new("map".into(), map) });
+    let mut odometry = Odometry { header: header.clone(), ..Odometry::default() };
+    odometry.twist.twist.linear.x = speed_mps;
+    scene.odometry = Some(Arc::new(odometry));
+    let objects = users.iter().map(User::message).collect();
+    scene.objects = Some(Arc::new(PredictedObjects { header, objects }));
+    scene
+}
+
+fn candidate(speed_mps: f64, acceleration_mps2: f64, turn: f64, command: u8) -> Candidate {
+    let mut distance_m = 0.0;
+    let points = (0..80).map(|k| {
+        let speed = (speed_mps + 0.1 * acceleration_mps2 * f64::from(k)).max(0.0);
+        let (x, y, yaw) = along((0.0, 0.0, 0.0), turn, distance_m);
+        distance_m += 0.1 * speed;
+        TrajectoryPoint {
+            time_from_start: TimeFromStart::from_nanos(i64::from(k) * 100_000_000),
+            pose: motion::Pose::from_xy_yaw(x, y, yaw),
+            longitudinal_velocity_mps: speed as f32,
+            ..TrajectoryPoint::default()
+        }
+    });
+    let mut candidate = candidate_of(points.collect());
+    let mut message = (*candidate.message).clone();
+    message.turn_indicators_command.command = command;
+    candidate.message = Arc::new(message);
+    candidate
+}
+
+prop_compose! {
+    fn any_user()(
+        ahead in -10.0..60.0_f64, aside in prop_oneof![-4.0..4.0_f64, -30.0..30.0_f64],
+        yaw in prop_oneof![Just(0.0), Just(1.6), Just(-1.6), Just(3.1), -3.2..3.2_f64],
+        speed_mps in prop_oneof![Just(0.0), 0.0..14.0_f64],
+        turns in proptest::collection::vec(-0.05..0.05_f64, 0..3),
+        label in 0..12_u8, size in (0.3..6.0_f64, 0.3..2.5_f64), id in 0..6_u8,
+    ) -> User {
+        User { place: (ahead, aside, yaw), speed_mps, turns, label, size, id }
+    }
+}
+
+prop_compose! {
+    /// Cases switched on and off, thresholds that differ by class, cases that may be given up, margins.
+    fn any_parameters()(
+        is_shipped in any::<bool>(),
+        on in proptest::collection::vec(any::<bool>(), 6),
+        (base, own) in (-2.5..-0.5_f64, -2.5..-0.5_f64),
+        same_threshold in any::<bool>(),
+        bias in prop_oneof![Just(0.0), Just(0.0), -1.0..1.5_f64],
+        waits in any::<bool>(),
+    ) -> CollisionCheckParameters {
+        let mut parameters = CollisionCheckParameters::default();
+        if is_shipped {
+            return parameters;
+        }
+        let drac = &mut parameters.drac;
+        let map = &mut drac.map_based;
+        drac.constant_curvature.ego_earlier.enable_assessment = PerClass::all(on[0]);
+        map.ego_prioritized_ego_earlier.enable_assessment = PerClass::all(on[1]);
+        map.object_prioritized_object_earlier.enable_assessment =
+            PerClass::all(true).with(ObjectClass::Truck, on[2]);
+        map.object_prioritized_ego_earlier.enable_assessment = PerClass::all(true).with(ObjectClass::Bus, on[3]);
+        let given_up = PerClass::all(false).with(ObjectClass::Car, on[4]).with(ObjectClass::Bicycle, on[5]);
+        map.object_prioritized_object_earlier.ego_drac_acceleration.enable_abandon = given_up;
+        if !same_threshold {
+            map.object_prioritized_object_earlier.ego_drac_acceleration.safe_limit =
+                PerClass::all(base).with(ObjectClass::Pedestrian, own);
+            drac.constant_curvature.object_earlier.ego_drac_acceleration.safe_limit =
+                PerClass::all(own).with(ObjectClass::Car, base);
+        }
+        drac.pet_margin.object_earlier_judgement_bias = PerClass::all(bias);
+        map.mutual_yield_timeout_arbitration.enabled = PerClass::all(waits);
+        map.mutual_yield_timeout_arbitration.min_wait_time = PerClass::all(-1.0);
+        parameters
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn what_is_passed_over_changes_nothing(
+        users in proptest::collection::vec(any_user(), 1..14),
+        parameters in any_parameters(),
+        (speed_mps, acceleration_mps2, turn) in (0.0..14.0_f64, -1.5..1.5_f64, -0.03..0.03_f64),
+        command in 0..3_u8,
+    ) {
+        let scene = observed(&users, speed_mps);
+        let mut filter = CollisionCheckFilter::new(&parameters, &VehicleInfo::default());
+        filter.observe(&scene);
+        let candidate = candidate(speed_mps, acceleration_mps2, turn, command);
+        let mut scratch = Scratch::default();
+        let judged = filter.judge(&scene, &candidate, &mut scratch);
+        let plain = plainly(&filter, &candidate, &mut scratch.collision_check);
+        prop_assert_eq!(format!("{judged:?}"), format!("{plain:?}"));
+    }
+}
+
+/// The scenes above would show nothing if hardly any of them had findings.
+#[test]
+fn most_scenes_have_findings() {
+    use proptest::strategy::ValueTree;
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut with_findings = 0;
+    for _ in 0..100 {
+        let users = proptest::collection::vec(any_user(), 10).new_tree(&mut runner).unwrap().current();
+        let scene = observed(&users, 8.0);
+        let mut filter =
+            CollisionCheckFilter::new(&CollisionCheckParameters::default(), &VehicleInfo::default());
+        filter.observe(&scene);
+        let judged = filter.judge(&scene, &candidate(8.0, 0.0, 0.0, 0), &mut Scratch::default());
+        with_findings += usize::from(judged.evidence.is_some());
+    }
+    assert!(with_findings > 50, "{with_findings}");
+}
