@@ -21,6 +21,7 @@ use crate::interruption::{Interruption, Patience, Watch};
 use crate::problem::{Limits, Problem};
 use crate::smoother::SmoothingError;
 use crate::speed::SpeedError;
+use crate::tolerance::MAX_HEADING_RAD;
 use crate::trajectory::Trajectory;
 use crate::verification::{Measures, Violation};
 use draft::Draft;
@@ -284,7 +285,7 @@ impl Patience for Refining<'_> {
     }
 }
 
-/// Refuses numbers that are not finite and limits that are not positive.
+/// Refuses numbers that are not finite, headings without a direction and limits that are not positive.
 fn check_input(problem: &Problem) -> Result<(), PlanError> {
     let (start, goal, limits) = (&problem.start, &problem.goal, &problem.limits);
     let states = [
@@ -300,6 +301,10 @@ fn check_input(problem: &Problem) -> Result<(), PlanError> {
     ];
     if let Some(&(field, value)) = states.iter().find(|(_, value)| !value.is_finite()) {
         return Err(PlanError::Input { field, value, wanted: "a finite number" });
+    }
+    let headings = [("start.yaw", start.yaw), ("goal.yaw", goal.yaw)];
+    if let Some(&(field, value)) = headings.iter().find(|(_, value)| value.abs() > MAX_HEADING_RAD) {
+        return Err(PlanError::Input { field, value, wanted: "in radians, within 1000 of 0" });
     }
     let limits = [
         ("limits.max_speed_forward", limits.max_speed_forward_mps),

@@ -9,6 +9,9 @@ pub const SWEEP_BULGE_M: f64 = 1e-3;
 /// Coordinates beyond this (m) are refused: far outside every map grid, and cross products would lose the millimetre.
 pub const MAX_COORDINATE_M: f64 = 1e7;
 
+/// Headings beyond this (rad), some 160 turns, are refused: numbers so large do not tell directions apart any more.
+pub const MAX_HEADING_RAD: f64 = 1e3;
+
 /// Part of a limit that the solver is given, so that its own tolerance stays within the limit.
 pub const SOLVER_ROOM: f64 = 1.0 - 1e-6;
 

@@ -327,9 +327,12 @@ fn a_path_that_is_not_free_is_held_back() {
 #[test]
 fn impossible_numbers_are_refused_by_name() {
     type Change = fn(&mut Problem);
-    let cases: [(&str, Change); 8] = [
+    let cases: [(&str, Change); 10] = [
         ("start.x", |p| p.start.x = f64::NAN),
         ("start.yaw", |p| p.start.yaw = f64::INFINITY),
+        ("start.yaw", |p| p.start.yaw = 1_000.1),
+        // So large that a turn more makes no difference: the search and the last check saw different directions.
+        ("goal.yaw", |p| p.goal.yaw = -1e34),
         ("start.v", |p| p.start_speed_mps = f64::NAN),
         ("goal.y", |p| p.goal.y = f64::NEG_INFINITY),
         ("limits.max_speed_reverse", |p| p.limits.max_speed_reverse_mps = 0.0),
