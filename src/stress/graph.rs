@@ -108,7 +108,6 @@ impl Stress {
             (played.unwrap_or_else(|_| Err(Failure::internal("the planners panicked".to_owned()))), ended)
         });
         let played = played?;
-        course.heap_mb.end = Heap::now();
         course.memory_mb.close();
         course.bar.finish_and_clear();
         let mut statistics = std::mem::take(&mut *statistics.lock().unwrap_or_else(PoisonError::into_inner));
@@ -251,6 +250,7 @@ impl Place<'_> {
         {
             played.take(answer, &mut due_of);
         }
+        course.heap_mb.end = Heap::now();
         Ok(played)
     }
 }
