@@ -14,24 +14,32 @@ use messages::autoware_planning_msgs::{LaneletRoute, LaneletSegment, TrajectoryP
 use messages::builtin_interfaces::{Duration, Time};
 use messages::geometry_msgs::{AccelWithCovarianceStamped, Point, Point32, Pose, Quaternion};
 use messages::nav_msgs::Odometry;
-use messages::std_msgs::Header;
+use messages::std_msgs::{Header, Text};
 use messages::unique_identifier_msgs::Uuid;
 use motion::VehicleInfo;
 use selection::filters::CLASSES;
 use selection::parameters::{RankerParameters, ValidatorParameters};
-use selection::pipeline::judge_in_order;
+use selection::pipeline::{Step, judge_in_order};
 use selection::ranker::GeneratorSource;
 use selection::scene::{Epoch, HdMap};
-use selection::{Candidate, Concatenator, Pipeline, Ranker, Scene, Validator};
+use selection::{Candidate, Concatenated, Concatenator, Pipeline, Ranker, Scene, Validator};
 use std::sync::{Arc, LazyLock};
 
 const START_S: i32 = 1_000;
 const FRESH_S: f64 = 0.2;
 const ROAD: i64 = 1;
 const LIGHT: i64 = 500;
-/// Lists are cut here: a run takes milliseconds.
-const MOST: usize = 12;
-const MOST_POINTS: usize = 120;
+/// Lists are cut here: a run takes less than a millisecond.
+const SMALL: Size = Size { list: 5, points: 30 };
+/// And here in the few runs in a thousand that are drawn so.
+const LARGE: Size = Size { list: 12, points: 120 };
+
+/// How long lists may be.
+#[derive(Clone, Copy)]
+struct Size {
+    list: usize,
+    points: usize,
+}
 
 type Metres = Hundredths<4000>;
 type Radians = Hundredths<315>;
@@ -39,7 +47,7 @@ type Small = Hundredths<800>;
 
 /// A step of a plan.
 #[derive(Debug, Arbitrary)]
-struct Step {
+struct Advance {
     /// Hundredths of a second.
     time: u8,
     /// Of a quarter turn in each direction, over the step.
@@ -59,6 +67,8 @@ enum Spoiled {
     Acceleration(f32),
     Time(i32, u32),
     Steering(f32),
+    RearSteering(f32),
+    Turning(f32),
 }
 
 #[derive(Debug, Arbitrary)]
@@ -69,7 +79,7 @@ struct Plan {
     age: u8,
     is_in_another_frame: bool,
     generator: u8,
-    steps: Vec<Step>,
+    steps: Vec<Advance>,
     spoiled: Vec<(u8, Spoiled)>,
     /// The last step again and again, so many times.
     more: u8,
@@ -105,6 +115,8 @@ struct Moment {
 
 #[derive(Debug, Arbitrary)]
 struct Drawn {
+    /// Large if all ones.
+    size: u8,
     has_route: bool,
     is_far_away: bool,
     moments: Vec<Moment>,
@@ -145,12 +157,12 @@ fn header(stamp: Time, frame: &str) -> Header {
 }
 
 impl Plan {
-    fn message(&self, now: Time, far_m: f64) -> CandidateTrajectory {
+    fn message(&self, size: Size, now: Time, far_m: f64) -> CandidateTrajectory {
         let (mut x, mut y, mut yaw, mut speed, mut time_s) = (far_m, self.y.0, self.yaw.0, self.speed.0, 0.0);
         let mut points = Vec::new();
         let last = self.steps.last();
         let more = std::iter::repeat_n(last, usize::from(self.more)).flatten();
-        for step in self.steps.iter().chain(more).take(MOST_POINTS) {
+        for step in self.steps.iter().chain(more).take(size.points) {
             let acceleration = f64::from(step.acceleration) / 20.0;
             points.push(TrajectoryPoint {
                 time_from_start: Duration::from_nanoseconds((time_s * 1e9) as i64),
@@ -164,7 +176,7 @@ impl Plan {
             (x, y) = (x + speed * dt * yaw.cos(), y + speed * dt * yaw.sin());
             (speed, time_s) = ((speed + acceleration * dt).max(0.0), time_s + dt);
         }
-        for (index, spoiled) in self.spoiled.iter().take(MOST) {
+        for (index, spoiled) in self.spoiled.iter().take(size.list) {
             let count = points.len().max(1);
             let Some(point) = points.get_mut(usize::from(*index) % count) else { continue };
             let place = &mut point.pose.position;
@@ -178,6 +190,8 @@ impl Plan {
                 Spoiled::Acceleration(acceleration) => point.acceleration_mps2 = acceleration,
                 Spoiled::Time(sec, nanosec) => point.time_from_start = Duration { sec, nanosec },
                 Spoiled::Steering(angle) => point.front_wheel_angle_rad = angle,
+                Spoiled::RearSteering(angle) => point.rear_wheel_angle_rad = angle,
+                Spoiled::Turning(rate) => point.heading_rate_rps = rate,
             }
         }
         let stamp = Time::from_nanoseconds(now.nanoseconds() - i64::from(self.age) * 1_000_000);
@@ -191,10 +205,10 @@ impl Plan {
 }
 
 impl Thing {
-    fn object(&self, far_m: f64) -> PredictedObject {
+    fn object(&self, size: Size, far_m: f64) -> PredictedObject {
         let mut object =
             PredictedObject { object_id: Uuid { uuid: [self.id; 16] }, ..PredictedObject::default() };
-        let labels = self.labels.iter().take(MOST);
+        let labels = self.labels.iter().take(size.list);
         object.classification = labels
             .map(|(label, share)| ObjectClassification {
                 label: *label,
@@ -202,15 +216,15 @@ impl Thing {
             })
             .collect();
         object.shape.r#type = self.shape % 4;
-        let size = &mut object.shape.dimensions;
-        [size.x, size.y, size.z] = [0, 1, 2].map(|k| self.size[k].0);
+        let extent = &mut object.shape.dimensions;
+        [extent.x, extent.y, extent.z] = [0, 1, 2].map(|k| self.size[k].0);
         let corner = |(x, y): &(i8, i8)| Point32 { x: f32::from(*x) / 16.0, y: f32::from(*y) / 16.0, z: 0.0 };
-        object.shape.footprint.points = self.outline.iter().take(MOST).map(corner).collect();
+        object.shape.footprint.points = self.outline.iter().take(size.list).map(corner).collect();
         let kinematics = &mut object.kinematics;
         kinematics.initial_pose_with_covariance.pose = pose(far_m + self.x.0, self.y.0, self.yaw.0);
         kinematics.initial_twist_with_covariance.twist.linear.x = self.speed.0;
         let path = |path: &Vec<(Metres, Small)>| PredictedPath {
-            path: path.iter().take(MOST).map(|(x, y)| pose(far_m + x.0, y.0, self.yaw.0)).collect(),
+            path: path.iter().take(size.list).map(|(x, y)| pose(far_m + x.0, y.0, self.yaw.0)).collect(),
             time_step: Duration::from_nanoseconds(i64::from(self.step) * 1_000_000),
             confidence: 1.0,
         };
@@ -220,8 +234,13 @@ impl Thing {
 }
 
 impl Drawn {
+    fn size(&self) -> Size {
+        if self.size == u8::MAX { LARGE } else { SMALL }
+    }
+
     fn scene(&self, moment: &Moment, now: Time, far_m: f64) -> Scene {
         static STREET: LazyLock<Arc<Map>> = LazyLock::new(|| Arc::new(street()));
+        let size = self.size();
         let mut scene = Scene::empty(now, Arc::new(VehicleInfo::default()));
         let mut odometry = Odometry { header: header(now, "map"), ..Odometry::default() };
         odometry.pose.pose = pose(far_m + moment.ego.0.0, moment.ego.1.0, moment.ego.2.0);
@@ -233,7 +252,7 @@ impl Drawn {
         };
         acceleration.accel.accel.linear.x = moment.acceleration.0;
         scene.acceleration = Some(Arc::new(acceleration));
-        let objects = moment.things.iter().take(MOST).map(|thing| thing.object(far_m)).collect();
+        let objects = moment.things.iter().take(size.list).map(|thing| thing.object(size, far_m)).collect();
         scene.objects = Some(Arc::new(PredictedObjects { header: header(now, "map"), objects }));
         let lamp = |(color, shape, status): &(u8, u8, u8)| TrafficLightElement {
             color: *color,
@@ -243,7 +262,7 @@ impl Drawn {
         };
         let group = TrafficLightGroup {
             traffic_light_group_id: LIGHT,
-            elements: moment.lamps.iter().take(MOST).map(lamp).collect(),
+            elements: moment.lamps.iter().take(size.list).map(lamp).collect(),
             ..TrafficLightGroup::default()
         };
         let signals = TrafficLightGroupArray { stamp: now, traffic_light_groups: vec![group] };
@@ -261,20 +280,32 @@ impl Drawn {
 }
 
 /// Every filter, enforced, with the shipped parameters.
-fn pipeline(vehicle: &VehicleInfo) -> Pipeline {
-    let parameters = ValidatorParameters {
-        filter_names: CLASSES.iter().map(|class| class.class_name.to_owned()).collect(),
-        shadow_mode_filter_names: Vec::new(),
-        ..ValidatorParameters::default()
-    };
-    let validator = Validator::new(parameters, vehicle).expect("these filters are built");
-    let sources = GeneratorSource::table(&["DiffusionPlanner_"]);
-    Pipeline::new(validator, Ranker::new(RankerParameters::default(), sources))
+static PARAMETERS: LazyLock<ValidatorParameters> = LazyLock::new(|| ValidatorParameters {
+    filter_names: CLASSES.iter().map(|class| class.class_name.to_owned()).collect(),
+    shadow_mode_filter_names: Vec::new(),
+    ..ValidatorParameters::default()
+});
+
+/// Planners by number: two that may be chosen, and one that nobody knows.
+const PLANNERS: [&str; 3] = ["DiffusionPlanner_0", "MinimumRuleBasedPlanner_Stop", "Other"];
+
+/// Without memory of anything.
+fn pipeline(vehicle: &VehicleInfo, ranks_by_quality: bool) -> Pipeline {
+    let validator = Validator::new(PARAMETERS.clone(), vehicle).expect("these filters are built");
+    let sources = GeneratorSource::table(&["DiffusionPlanner_", "MinimumRuleBasedPlanner_Stop"]);
+    let mut ranking = RankerParameters::default();
+    ranking.evaluation.enable = ranks_by_quality;
+    Pipeline::new(validator, Ranker::new(ranking, sources))
+}
+
+fn known(number: u8) -> GeneratorInfo {
+    let generator_name = Text { data: PLANNERS[usize::from(number)].to_owned() };
+    GeneratorInfo { generator_id: Uuid { uuid: [number; 16] }, generator_name }
 }
 
 /// What is wrong with what was accepted.
 fn objection(message: &CandidateTrajectory, now: Time) -> Option<&'static str> {
-    let limits = ValidatorParameters::default().vehicle_constraint;
+    let limits = &PARAMETERS.vehicle_constraint;
     let points = &message.points;
     let is_finite = |point: &TrajectoryPoint| {
         let (p, q) = (point.pose.position, point.pose.orientation);
@@ -282,6 +313,7 @@ fn objection(message: &CandidateTrajectory, now: Time) -> Option<&'static str> {
         numbers.iter().all(|number| number.is_finite())
             && [point.longitudinal_velocity_mps, point.lateral_velocity_mps, point.acceleration_mps2]
                 .iter()
+                .chain(&[point.heading_rate_rps, point.front_wheel_angle_rad, point.rear_wheel_angle_rad])
                 .all(|number| number.is_finite())
     };
     let speed = |point: &TrajectoryPoint| {
@@ -308,23 +340,52 @@ fn objection(message: &CandidateTrajectory, now: Time) -> Option<&'static str> {
     }
 }
 
+/// Nothing leaves a step but what it accepted, as it came in, and scores are numbers.
+fn look_at_what_leaves(step: &Step, concatenated: &Concatenated, now: Time) {
+    let candidates = &concatenated.candidates;
+    assert_eq!(step.ranking.failure, None);
+    assert_eq!(step.verdicts.len(), candidates.len());
+    assert_eq!(step.reports.reports.len(), candidates.len());
+    let judged = candidates.iter().zip(&step.verdicts);
+    let accepted: Vec<_> = judged.filter(|(_, verdict)| verdict.accepted).map(|(c, _)| &c.message).collect();
+    let validated = &step.validated.candidate_trajectories;
+    assert_eq!(validated.len(), accepted.len());
+    assert!(validated.iter().zip(&accepted).all(|(message, accepted)| Arc::ptr_eq(message, accepted)));
+    for message in validated {
+        let objection = objection(message, now);
+        assert!(objection.is_none(), "accepted, but {}: {message:#?}", objection.unwrap_or_default());
+    }
+    for scored in &step.scored.scored_candidate_trajectories {
+        assert!(scored.score.is_finite(), "{}", scored.score);
+        let message = &scored.candidate_trajectory;
+        assert!(accepted.iter().any(|accepted| Arc::ptr_eq(message, accepted)), "scored, but not accepted");
+    }
+    let Some(selected) = &step.selected else {
+        assert!(step.ranking.best().is_none(), "the best is not chosen");
+        return;
+    };
+    assert!(selected.score.is_finite());
+    let place = candidates.iter().position(|candidate| candidate.key == selected.key);
+    let place = place.filter(|&place| step.verdicts[place].accepted).expect("what is chosen was accepted");
+    let message = &candidates[place].message;
+    assert!(selected.trajectory.header == message.header && selected.trajectory.points == message.points);
+}
+
 /// A drive of some moments.
 pub fn cycle(bytes: &[u8]) {
     let Ok(drawn) = Drawn::arbitrary_take_rest(Unstructured::new(bytes)) else { return };
     let far_m = if drawn.is_far_away { 90_000.0 } else { 0.0 };
-    let mut pipeline = pipeline(&VehicleInfo::default());
+    let mut pipeline = pipeline(&VehicleInfo::default(), drawn.has_route);
     let mut concatenator = Concatenator::new(FRESH_S);
     let mut now = Time { sec: START_S, nanosec: 0 };
     for moment in drawn.moments.iter().take(4) {
         now = Time::from_nanoseconds(now.nanoseconds() + i64::from(moment.passed) * 1_000_000);
         let scene = drawn.scene(moment, now, far_m);
-        let plans = moment.plans.iter().take(MOST);
-        let known = |number: u8| GeneratorInfo {
-            generator_id: Uuid { uuid: [number; 16] },
-            ..GeneratorInfo::default()
-        };
+        let plans = moment.plans.iter().take(drawn.size().list);
         concatenator.add(&CandidateTrajectories {
-            candidate_trajectories: plans.map(|plan| Arc::new(plan.message(now, far_m))).collect(),
+            candidate_trajectories: plans
+                .map(|plan| Arc::new(plan.message(drawn.size(), now, far_m)))
+                .collect(),
             generator_info: (0..3).map(known).collect(),
         });
         let concatenated = concatenator.get(now);
@@ -333,16 +394,6 @@ pub fn cycle(bytes: &[u8]) {
         };
         let step = pipeline.step(&scene, &concatenated, &judge, || 0);
         step.verdicts.iter().for_each(no_filter_panicked);
-        for message in &step.validated.candidate_trajectories {
-            let objection = objection(message, now);
-            assert!(objection.is_none(), "accepted, but {}: {message:#?}", objection.unwrap_or_default());
-        }
-        let accepted = step.verdicts.iter().filter(|verdict| verdict.accepted).count();
-        assert_eq!(step.validated.candidate_trajectories.len(), accepted);
-        if let Some(selected) = &step.selected {
-            let place = concatenated.candidates.iter().position(|candidate| candidate.key == selected.key);
-            let is_accepted = place.is_some_and(|place| step.verdicts[place].accepted);
-            assert!(is_accepted, "chosen without having been accepted");
-        }
+        look_at_what_leaves(&step, &concatenated, now);
     }
 }

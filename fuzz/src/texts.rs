@@ -16,9 +16,12 @@ use trajectory_selector::commands::verify;
 use trajectory_selector::golden::{Maps, Sequence};
 use trajectory_selector::parking_scene::ParkingScene;
 use trajectory_selector::ros::{arguments, names::Names};
-use trajectory_selector::settings::{Settings, Source};
+use trajectory_selector::settings::{ParameterDescriptor, ParameterValue, Problem, Settings, Source};
 
 const NODE: &str = "/trajectory_selector_node";
+
+/// Of so many files one goes through all doors, with all parameters.
+const IN_FULL: usize = 16;
 
 /// A parameter file; with a NUL in it, what stands behind that is a single parameter. What is accepted has a hash, and can
 /// be changed to what it is.
@@ -30,17 +33,33 @@ pub fn parameter_files(bytes: &[u8]) {
         let origin = "-p".to_owned();
         sources.push(Source::Override { name: name.to_owned(), value: value.to_owned(), origin });
     }
-    let Ok(settings) = Settings::load(NODE, &sources) else {
-        let told = Settings::check(NODE, &sources);
-        assert!(!told.is_empty(), "refused without a reason");
-        told.iter().for_each(|problem| assert!(!problem.to_string().is_empty()));
-        return;
+    let is_in_full = text.len().is_multiple_of(IN_FULL);
+    let settings = match Settings::load(NODE, &sources) {
+        Ok(settings) => settings,
+        Err(error) => {
+            let is_told = |problems: &[Problem]| {
+                !problems.is_empty() && problems.iter().all(|problem| !problem.to_string().is_empty())
+            };
+            assert!(is_told(&error.problems), "refused without a reason");
+            // The other door costs as much again.
+            if is_in_full {
+                assert!(is_told(&Settings::check(NODE, &sources)), "refused without a reason");
+            }
+            return;
+        }
     };
-    let changes: Vec<_> =
-        settings.iter().map(|(parameter, value)| (parameter.name.clone(), value.clone())).collect();
+    let is_wanted = |(parameter, value): &(&ParameterDescriptor, &ParameterValue)| {
+        is_in_full || parameter.default != **value
+    };
+    let changes: Vec<_> = settings
+        .iter()
+        .filter(is_wanted)
+        .map(|(parameter, value)| (parameter.name.clone(), value.clone()))
+        .collect();
     // Some may not be changed while a node runs; that is an answer, too.
     if let Ok(same) = settings.with_changes(&changes) {
-        assert_eq!(same.settings_hash(), settings.settings_hash());
+        assert!(same.iter().map(|(_, value)| value).eq(settings.iter().map(|(_, value)| value)));
+        assert!(!is_in_full || same.settings_hash() == settings.settings_hash());
     }
 }
 
