@@ -16,7 +16,7 @@ use thiserror::Error;
 use crate::interruption::Patience;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
-use crate::tolerance::{MAX_COORDINATE_M, SWEEP_BULGE_M, TOUCH_M};
+use crate::tolerance::{BORDER_M, MAX_COORDINATE_M, SWEEP_BULGE_M, TOUCH_M};
 use field::ObstacleField;
 pub(crate) use shape::{Placement, Shape};
 
@@ -150,8 +150,9 @@ impl CollisionChecker {
     #[inline]
     pub(crate) fn holds(&self, point: Point2) -> bool {
         let [x_min, x_max, y_min, y_max] = self.bounds;
+        let is_within = |at: f64, low: f64, high: f64| at >= low - BORDER_M && at <= high + BORDER_M;
         // Written so that not-a-number fails.
-        point.x >= x_min && point.x <= x_max && point.y >= y_min && point.y <= y_max
+        is_within(point.x, x_min, x_max) && is_within(point.y, y_min, y_max)
     }
 
     /// Whether the vehicle can stand at `pose`: within bounds, and every obstacle further than `inflation_m` away.

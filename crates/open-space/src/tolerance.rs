@@ -9,6 +9,9 @@ pub const SWEEP_BULGE_M: f64 = 1e-3;
 /// Coordinates beyond this (m) are refused: far outside every map grid, and cross products would lose the millimetre.
 pub const MAX_COORDINATE_M: f64 = 1e7;
 
+/// How far (m) beyond the bounds is still on their border: as far as rounding moves what stands on it.
+pub const BORDER_M: f64 = 5e-10;
+
 /// Headings beyond this (rad), some 160 turns, are refused: numbers so large do not tell directions apart any more.
 pub const MAX_HEADING_RAD: f64 = 1e3;
 

@@ -41,6 +41,12 @@ impl Placement {
         self.origin
     }
 
+    /// Cosine and sine of the heading.
+    #[inline]
+    pub(crate) fn direction(self) -> Vector2 {
+        Vector2::new(self.cos, self.sin)
+    }
+
     #[inline]
     pub(crate) fn to_world(self, local: Point2) -> Point2 {
         Point2::new(

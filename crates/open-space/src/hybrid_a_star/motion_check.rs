@@ -16,8 +16,7 @@ pub(super) struct SweptArc {
     arc: Arc,
     pieces: u32,
     shape: Shape,
-    /// Middle and end of the first piece, in the frame of its beginning.
-    middle: Point2,
+    /// End of the first piece, in the frame of its beginning.
     step: Placement,
     /// End of the arc in the frame of its beginning.
     end: PlanarPose,
@@ -33,7 +32,6 @@ impl SweptArc {
             arc,
             pieces: pieces as u32,
             shape: Shape::sweep(&checker.rectangle(), &piece_end),
-            middle: piece.at(&origin, piece.length_m / 2.0).point(),
             step: Placement::new(&piece_end),
             end: arc.end(&origin),
         }
@@ -58,14 +56,27 @@ impl SweptArc {
     pub(super) fn is_free(&self, checker: &CollisionChecker, place: &Placement, inflation_m: f64) -> bool {
         let mut place = *place;
         (0..self.pieces).all(|_| {
-            // Between these points an arc bulges by less than a millimetre.
             let next = place.then(&self.step);
             let free = checker.holds(next.origin())
-                && checker.holds(place.to_world(self.middle))
+                && checker.holds(self.farthest(place, next))
                 && checker.shape_is_free(&place, &self.shape, inflation_m);
             place = next;
             free
         })
+    }
+
+    /// Where the piece from one placement to the other is farthest out between its ends, along x and along y; where it
+    /// is not, its end.
+    fn farthest(&self, from: Placement, to: Placement) -> Point2 {
+        let (start, end, mut farthest) = (from.direction(), to.direction(), to.origin());
+        // An arc turns back along an axis where it runs across it.
+        if start.x * end.x < 0.0 {
+            farthest.x = from.origin().x + (start.y.signum() - start.y) / self.arc.curvature;
+        }
+        if start.y * end.y < 0.0 {
+            farthest.y = from.origin().y - (start.x.signum() - start.x) / self.arc.curvature;
+        }
+        farthest
     }
 }
 
@@ -178,6 +189,37 @@ mod tests {
                 SweptArc::new(&mirrored, back).is_free(&mirrored, &Placement::new(&start), 0.0),
                 is_free
             );
+        }
+    }
+
+    /// Wherever along a piece it is farthest out: not only in its middle.
+    #[test]
+    fn a_piece_swings_out_where_it_turns_back() {
+        for (curvature, length_m) in [(0.2, PIECE_M), (-0.2, PIECE_M), (0.2, -PIECE_M), (-0.2, -PIECE_M)] {
+            for share in [0.05, 0.3, 0.5, 0.9] {
+                // Begins so far before the place where it runs along y, farthest out along x.
+                let arc = Arc::new(curvature, length_m);
+                let top = PlanarPose::new(0.0, 0.0, if curvature > 0.0 { PI / 2.0 } else { -PI / 2.0 });
+                let from = Arc::new(curvature, -share * length_m).end(&top);
+                for yaw in [0.0, PI / 2.0, PI, -PI / 2.0] {
+                    let (sin, cos) = f64::sin_cos(yaw);
+                    let turned = PlanarPose::new(
+                        cos * from.x - sin * from.y,
+                        sin * from.x + cos * from.y,
+                        from.yaw + yaw,
+                    );
+                    let is_free = |room_m: f64| {
+                        let checker = checker([
+                            if yaw == PI { -room_m } else { -20.0 },
+                            if yaw == 0.0 { room_m } else { 20.0 },
+                            if yaw == -PI / 2.0 { -room_m } else { -20.0 },
+                            if yaw == PI / 2.0 { room_m } else { 20.0 },
+                        ]);
+                        SweptArc::new(&checker, arc).is_free(&checker, &Placement::new(&turned), 0.0)
+                    };
+                    assert!(is_free(1e-4) && !is_free(-1e-5), "{curvature} {length_m} {share} {yaw}");
+                }
+            }
         }
     }
 
