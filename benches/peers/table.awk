@@ -1,6 +1,6 @@
-# Lines of the table of run.sh, from what one peer's script printed.
+# Lines of the table of run.sh, from what one peer's script printed: peer, outcome, what, its figure, ours, ratio.
 function line(what, theirs, ours, ratio) {
-    printf "%-10s %-7s %-34s %14s %14s %10.1f\n", peer, outcome, what, theirs, ours, ratio
+    printf "%s\t%s\t%s\t%s\t%s\t%.1f\n", peer, outcome, what, theirs, ours, ratio
     lines++
 }
 # collision: a heading with the agreement, then the peer, then ours for each number of threads
@@ -11,7 +11,13 @@ function line(what, theirs, ours, ratio) {
     line(scene ", end to end", whole " ms", $9 " ms", whole / $9)
 }
 # What the peer is given it need not decode, so its time is that of end to end.
-/ours, from messages:/ { line(scene ", end to end, decoding", whole " ms", $4 " ms", whole / $4) }
+/ours, from messages:/ { line(scene ", end to end, ours decoding", whole " ms", $4 " ms", whole / $4) }
 # map: one line for each file
 peer == "map" && NF == 7 && $1 ~ /\.(bin|osm)$/ { line($1, $5 " s", $6 " s", $7) }
-END { if (!lines) printf "%-10s %-7s nothing was compared\n", peer, outcome }
+# frenetix
+peer == "frenetix" && /^  peer:/ { whole = $2; checks = $NF }
+peer == "frenetix" && /^  ours:/ {
+    line("one candidate, points and checks", whole " us", $2 " us", whole / $2)
+    line("one candidate, its checks alone", checks " us", $2 " us", checks / $2)
+}
+END { if (!lines) printf "%s\t%s\tnothing was compared\t\t\t\n", peer, outcome }
