@@ -75,8 +75,9 @@ impl BoxTree {
     ) {
         let mut order = [(0.0_f64, 0_usize); FAN_OUT];
         let mut count = 0;
-        for at in nodes {
-            let distance_m2 = surely_within_m2(&self.levels[level][at], point);
+        let boxes = &self.levels[level][nodes.clone()];
+        for (at, bounds) in nodes.zip(boxes) {
+            let distance_m2 = surely_within_m2(bounds, point);
             if distance_m2 > *limit_m2 {
                 continue;
             }
@@ -110,9 +111,7 @@ impl BoxTree {
 /// A squared distance \[m²\] that no point of the box is nearer than, rounding included.
 #[inline]
 pub(super) fn surely_within_m2(bounds: &Bounds, point: Point2) -> f64 {
-    let dx = (bounds.min.x - point.x).max(point.x - bounds.max.x).max(0.0);
-    let dy = (bounds.min.y - point.y).max(point.y - bounds.max.y).max(0.0);
-    (dx * dx + dy * dy) * (1.0 - 1e-9) - 1e-12
+    bounds.squared_distance_to(point) * (1.0 - 1e-9) - 1e-12
 }
 
 /// Orders items so that each run of [`FAN_OUT`], each run of its square and so on lies close together: halves along the
