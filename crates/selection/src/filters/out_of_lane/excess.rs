@@ -4,7 +4,7 @@
 //! for the point farthest from the road.
 
 use super::borders::{PIECE_M, cut_ratio};
-use super::lanes::{NearEdge, bounds_of};
+use super::lanes::{NearEdge, Surroundings, bounds_of};
 use super::road::Road;
 use motion::occupancy::Bounds;
 use motion::{Point2, Segment};
@@ -62,7 +62,7 @@ pub(super) struct ExcessBuffers {
 impl ExcessBuffers {
     /// Forgets what belongs to another road.
     pub(super) fn restart(&mut self) {
-        self.hints = Hints::default();
+        self.hints.restart();
     }
 }
 
@@ -71,9 +71,15 @@ impl ExcessBuffers {
 struct Hints {
     edges: [usize; 4],
     count: usize,
+    surroundings: Surroundings,
 }
 
 impl Hints {
+    fn restart(&mut self) {
+        self.count = 0;
+        self.surroundings.restart();
+    }
+
     fn latest(&self) -> Option<usize> {
         self.known().last().copied()
     }
@@ -193,7 +199,7 @@ impl Road {
     }
 
     fn nearest_edge(&self, point: Point2, hints: &mut Hints) -> NearEdge {
-        let nearest = self.lanes.nearest_edge(point, hints.latest());
+        let nearest = self.lanes.nearest_edge_around(point, hints.latest(), &mut hints.surroundings);
         hints.add(nearest.edge);
         nearest
     }
@@ -243,7 +249,7 @@ impl Road {
         let nearest = self.nearest_edge(middle, hints);
         let reach_m = nearest.squared_m2.sqrt() + (piece.to - piece.from) * length_m + TOUCH_M;
         edges.clear();
-        let are_few = self.lanes.find_edges_within(middle, reach_m, MOST_EDGES, numbers);
+        let are_few = self.lanes.find_edges_within(middle, reach_m, MOST_EDGES, &hints.surroundings, numbers);
         edges.extend(numbers.iter().map(|&number| (number, *self.lanes.edge(number))));
         are_few
     }

@@ -11,6 +11,12 @@ use std::ops::Range;
 
 /// Edges of one run.
 const RUN: usize = 8;
+/// How much farther than the nearest edge runs are put at hand \[m\]: somewhat more than a vehicle is long.
+const AROUND_M: f64 = 8.0;
+/// Most runs that are put at hand.
+const MOST_AROUND: usize = 48;
+/// More than rounding moves a distance \[m\].
+const AROUND_SLACK_M: f64 = 1e-5;
 /// How far to the right of a run of edges \[m\] a point must be so that rounding cannot put it to the left of one.
 const RIGHT_M: f64 = 1e-6;
 
@@ -54,6 +60,31 @@ impl NearEdge {
         if squared_m2 < self.squared_m2 || (squared_m2 == self.squared_m2 && edge < self.edge) {
             *self = Self { squared_m2, edge };
         }
+    }
+}
+
+/// Runs of edges around a place: questions about near points follow each other.
+#[derive(Debug, Default)]
+pub(super) struct Surroundings {
+    middle: Point2,
+    /// All runs within this distance of the middle are at hand \[m\]; none if there are none.
+    reach_m: f64,
+    runs: Vec<u32>,
+    /// True if so many edges are near that the tree is better asked.
+    is_crowded: bool,
+}
+
+impl Surroundings {
+    /// Forgets what belongs to another road.
+    pub(super) fn restart(&mut self) {
+        self.reach_m = 0.0;
+        self.is_crowded = false;
+        self.runs.clear();
+    }
+
+    /// True if all runs within a distance of a point are at hand, rounding included.
+    fn holds(&self, point: Point2, distance_m: f64) -> bool {
+        !self.is_crowded && (point - self.middle).norm() + distance_m + AROUND_SLACK_M <= self.reach_m
     }
 }
 
@@ -149,6 +180,48 @@ impl Lanes {
         nearest
     }
 
+    /// The same, from the runs around a place that are at hand, if it is certain to be among them.
+    ///
+    /// The nearest edge is no farther from the point than the hint is; so it is no farther from the middle of the
+    /// surroundings than that and the way from there to the point. All runs that near are at hand, and of equally near
+    /// edges the first one is taken, in whatever order they come.
+    pub(super) fn nearest_edge_around(
+        &self,
+        point: Point2,
+        hint: Option<usize>,
+        around: &mut Surroundings,
+    ) -> NearEdge {
+        let Some(edge) = hint.filter(|_| !around.is_crowded) else { return self.nearest_edge(point, hint) };
+        let mut nearest = NearEdge::NONE;
+        nearest.take(edge, self.edges[edge].squared_distance_to_point(point));
+        let hint_m = nearest.squared_m2.sqrt();
+        if !around.holds(point, hint_m) && !self.look_around(point, hint_m + AROUND_M, around) {
+            return self.nearest_edge(point, hint);
+        }
+        for &run in &around.runs {
+            let run = &self.runs[run as usize];
+            if surely_within_m2(&run.bounds, point) <= nearest.squared_m2 {
+                self.take_nearest_of_run(run, point, &mut nearest);
+            }
+        }
+        nearest
+    }
+
+    /// Puts the runs within a distance of a point at hand; false if they are too many.
+    fn look_around(&self, middle: Point2, reach_m: f64, around: &mut Surroundings) -> bool {
+        let limit_m2 = reach_m * reach_m;
+        let runs = &mut around.runs;
+        runs.clear();
+        self.tree_of_runs.nearest(middle, limit_m2, |run| {
+            runs.push(run);
+            // Nothing is within less than no distance: that ends it.
+            if runs.len() > MOST_AROUND { f64::NEG_INFINITY } else { limit_m2 }
+        });
+        around.is_crowded = around.runs.len() > MOST_AROUND;
+        (around.middle, around.reach_m) = (middle, reach_m);
+        !around.is_crowded
+    }
+
     /// Takes the nearest edge of a lanelet if it is nearer than the one known.
     pub(super) fn take_nearest_of(&self, place: u32, point: Point2, nearest: &mut NearEdge) {
         for run in &self.runs[self.lanes[place as usize].runs.clone()] {
@@ -166,24 +239,34 @@ impl Lanes {
     }
 
     /// Finds the edges within a distance of a point, as numbers, ascending, as long as there are not too many: then
-    /// false.
+    /// false. They are taken from the runs at hand where these are all that are so near.
     pub(super) fn find_edges_within(
         &self,
         point: Point2,
         distance_m: f64,
         most: usize,
+        around: &Surroundings,
         found: &mut Vec<usize>,
     ) -> bool {
         let limit_m2 = distance_m * distance_m;
         found.clear();
-        self.tree_of_runs.nearest(point, limit_m2, |run| {
+        let mut take = |run: u32| {
             let run = &self.runs[run as usize];
-            let near = run.edges.clone().zip(&self.edges[run.edges.clone()]);
-            let near = near.filter(|(_, edge)| edge.squared_distance_to_point(point) <= limit_m2);
-            found.extend(near.map(|(number, _)| number));
+            if found.len() <= most && surely_within_m2(&run.bounds, point) <= limit_m2 {
+                let near = run.edges.clone().zip(&self.edges[run.edges.clone()]);
+                let near = near.filter(|(_, edge)| edge.squared_distance_to_point(point) <= limit_m2);
+                found.extend(near.map(|(number, _)| number));
+            }
             // Nothing is within less than no distance: that ends it.
             if found.len() > most { f64::NEG_INFINITY } else { limit_m2 }
-        });
+        };
+        if around.holds(point, distance_m) {
+            for &run in &around.runs {
+                take(run);
+            }
+        } else {
+            self.tree_of_runs.nearest(point, limit_m2, take);
+        }
         found.sort_unstable();
         found.len() <= most
     }
@@ -222,4 +305,54 @@ pub(super) fn bounds_of(edge: &Segment) -> Bounds {
 fn edges_of(corners: &[[f64; 2]]) -> impl Iterator<Item = Segment> + '_ {
     let at = |k: usize| Point2::new(corners[k][0], corners[k][1]);
     (0..corners.len()).map(move |k| Segment::new(at(k), at((k + 1) % corners.len())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Runs at hand give what the tree gives, wherever one asks and whatever the hint.
+        #[test]
+        fn edges_at_hand_are_those_of_the_tree(
+            places in proptest::collection::vec((-40.0..40.0_f64, -40.0..40.0_f64, 1..6_u32), 1..40),
+            questions in proptest::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64, any::<u16>(), 0..8_u8), 1..60),
+            (spread, far) in (prop_oneof![Just(1.0), Just(10.0)], prop_oneof![Just(0.0), Just(1e6)]),
+        ) {
+            // Lanelets that overlap and share edges, so that distances are often equal.
+            let outlines: Vec<Outline> = (1..)
+                .zip(&places)
+                .map(|(id, &(x, y, size))| {
+                    let (x, y) = (far + spread * x.round(), spread * y.round() - far);
+                    let side = f64::from(size);
+                    let corners = (0..12).map(|k| match k {
+                        0..3 => [x + side * f64::from(k) / 3.0, y],
+                        3..6 => [x + side, y + side * f64::from(k - 3) / 3.0],
+                        6..9 => [x + side * f64::from(9 - k) / 3.0, y + side],
+                        _ => [x, y + side * f64::from(12 - k) / 3.0],
+                    });
+                    Outline { id, corners: corners.collect() }
+                })
+                .collect();
+            let lanes = Lanes::new(&outlines).unwrap();
+            let mut around = Surroundings::default();
+            let (mut at, mut hint) = (Point2::new(far, -far), None);
+            for (dx, dy, number, kind) in questions {
+                // Mostly a step on; now and then somewhere else, or with a hint of anywhere.
+                let step = if kind == 0 { 60.0 } else { 2.0 };
+                at = Point2::new(at.x + (step * dx).round(), at.y + (step * dy).round());
+                hint = if kind == 1 { Some(usize::from(number) % lanes.edges.len()) } else { hint };
+                let nearest = lanes.nearest_edge(at, None);
+                prop_assert_eq!(lanes.nearest_edge_around(at, hint, &mut around), nearest);
+                let reach_m = nearest.squared_m2.sqrt() + 3.0 * dx.abs();
+                let (mut at_hand, mut of_tree) = (Vec::new(), Vec::new());
+                let nothing = Surroundings::default();
+                let are_few = lanes.find_edges_within(at, reach_m, 64, &around, &mut at_hand);
+                prop_assert_eq!(lanes.find_edges_within(at, reach_m, 64, &nothing, &mut of_tree), are_few);
+                prop_assert!(!are_few || at_hand == of_tree);
+                hint = Some(nearest.edge);
+            }
+        }
+    }
 }
