@@ -269,13 +269,33 @@ impl Situation<'_> {
         buffers: &mut DracBuffers,
     ) -> bool {
         let of_class = self.settings.class(object.class);
-        let cover = ego.braked(self.settings, of_class.ego_outline, braking, self.objects.horizon_s);
-        // Slices lie in the boxes around them all: where those are apart no slice meets another.
-        cover.bounds.meets(&course.bounds) && {
+        let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
+        // Many a passage is found soon: the motion is followed only so far.
+        let place = ego.place_of(braking, self.settings, self.objects.horizon_s);
+        for group in 0..windows.groups() {
+            let cover = ego.braked(place, self.settings, of_class.ego_outline, (group + 1) * GROUP);
+            // Slices lie in the boxes around them all: where those are apart no slice meets another.
+            if cover.bounds.is_some_and(|bounds| !bounds.meets(&course.bounds)) {
+                return false;
+            }
+            if !windows.is_near_group(&cover.sweep, group) {
+                continue;
+            }
             let braked = self.ego_body(&cover.sweep, of_class);
-            let (on_course, windows) = (self.object_body(object, course), self.objects.windows_of(course));
-            Search::new(braked, on_course, windows, of_class, &mut buffers.search).has_passage()
+            let is_whole = cover.bounds.is_some();
+            let search = Search::of_group(
+                group,
+                (braked, is_whole),
+                on_course.clone(),
+                windows,
+                of_class,
+                &mut buffers.search,
+            );
+            if search.has_passage() {
+                return true;
+            }
         }
+        false
     }
 
     fn ego_body<'s>(&'s self, sweep: &'s Sweep, of_class: &ClassSettings) -> Body<'s> {

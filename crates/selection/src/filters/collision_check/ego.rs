@@ -162,11 +162,44 @@ pub(super) struct EgoMotion {
     deviations: Vec<Deviation>,
     /// How many of the last samples are the one before them again: the vehicle has come to a standstill.
     standing: usize,
+    sampling: Sampling,
+}
+
+/// How far the sampling of a motion has come, and how it goes on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sampling {
+    /// Braking, and where and how fast the vehicle is when it sets in: distance, speed, time to a standstill.
+    plan: Option<(Braking, f64, f64, f64)>,
+    resolution_s: f64,
+    /// After this no sample is followed by another one \[s\].
+    end_s: f64,
+    by_time: usize,
+    by_distance: usize,
+    previous: Option<Place>,
+    is_complete: bool,
+}
+
+impl Sampling {
+    fn is_over(&self, tick: usize) -> bool {
+        tick as f64 * self.resolution_s > self.end_s
+    }
 }
 
 impl EgoMotion {
     /// Samples the motion from time 0 until it ended, and one sample more; not beyond `horizon_s`.
     pub(super) fn sample(
+        &mut self,
+        path: &EgoPath,
+        braking: Option<Braking>,
+        resolution_s: f64,
+        horizon_s: f64,
+    ) {
+        self.begin(path, braking, resolution_s, horizon_s);
+        self.extend(path, usize::MAX);
+    }
+
+    /// Begins to sample a motion in the same way; [`Self::extend`] goes on with it.
+    pub(super) fn begin(
         &mut self,
         path: &EgoPath,
         braking: Option<Braking>,
@@ -183,40 +216,46 @@ impl EgoMotion {
             let speed_mps = start.speed_mps.abs();
             (braking, start.distance_m, speed_mps, speed_mps / -braking.acceleration_mps2)
         });
-        let end_s = plan.map_or(f64::NEG_INFINITY, |(braking, _, _, stop_s)| braking.start_s + stop_s);
-        let end_s = end_s.max(path.end_time_s());
-        let is_over = |tick: u32| {
-            let time_s = f64::from(tick) * resolution_s;
-            time_s > end_s || time_s > horizon_s
-        };
-        let (mut by_time, mut by_distance) = (0, 0);
-        let mut previous: Option<Place> = None;
-        for tick in 0_u32.. {
-            let time_s = f64::from(tick) * resolution_s;
+        let stop_s = plan.map_or(f64::NEG_INFINITY, |(braking, _, _, stop_s)| braking.start_s + stop_s);
+        let end_s = stop_s.max(path.end_time_s()).min(horizon_s);
+        self.sampling = Sampling { plan, resolution_s, end_s, ..Sampling::default() };
+    }
+
+    /// Goes on until there are so many samples, or the motion has ended.
+    pub(super) fn extend(&mut self, path: &EgoPath, samples: usize) {
+        let mut sampling = self.sampling;
+        while !sampling.is_complete && self.poses.len() < samples {
+            let tick = self.poses.len();
+            let time_s = tick as f64 * sampling.resolution_s;
             let mut is_standing = false;
-            let place = match plan {
+            let place = match sampling.plan {
                 Some((braking, start_m, speed_mps, stop_s)) if time_s > braking.start_s => {
                     let since_s = (time_s - braking.start_s).min(stop_s);
                     let braked_m = (speed_mps + 0.5 * braking.acceleration_mps2 * since_s) * since_s;
                     is_standing = since_s == stop_s;
-                    path.at_distance(start_m + braked_m, &mut by_distance)
+                    path.at_distance(start_m + braked_m, &mut sampling.by_distance)
                 }
-                _ => path.at_time(time_s, resolution_s, &mut by_time),
+                _ => path.at_time(time_s, sampling.resolution_s, &mut sampling.by_time),
             };
-            if let Some(previous) = &previous {
+            if let Some(previous) = &sampling.previous {
                 self.deviations.push(deviation(path, previous, &place));
             }
             self.poses.push(place.pose);
             self.distances_m.push(place.distance_m);
-            if is_over(tick) {
-                break;
+            if sampling.is_over(tick) {
+                sampling.is_complete = true;
+            } else if is_standing {
+                self.stand((tick..).take_while(|&tick| !sampling.is_over(tick)).count());
+                sampling.is_complete = true;
             }
-            if is_standing {
-                self.stand((tick..).take_while(|&tick| !is_over(tick)).count());
-                break;
-            }
-            previous = Some(place);
+            sampling.previous = Some(place);
         }
+        self.sampling = sampling;
+    }
+
+    /// True if the motion is sampled to its end.
+    pub(super) fn is_complete(&self) -> bool {
+        self.sampling.is_complete
     }
 
     /// Adds the last sample `count` times more.
@@ -239,27 +278,30 @@ impl EgoMotion {
         sweep.push(outline, self.poses[step], self.poses[step + 1], &self.deviations[step]);
     }
 
-    /// Appends what the vehicle covers from each sample to the next.
-    fn append_slices(&self, outline: &Outline, sweep: &mut Sweep) {
-        let Some(&first) = self.poses.first() else { return };
-        let moving = self.deviations.len() - self.standing;
-        let mut row = sweep.row(outline, &first);
-        for (end, deviation) in self.poses[1..].iter().zip(&self.deviations[..moving]) {
-            row.go(end, deviation);
-        }
-        if let Some(&stop) = self.poses.last()
-            && self.standing > 0
-        {
-            sweep.push(outline, stop, stop, &Deviation::default());
-            sweep.repeat_last(self.standing - 1);
-        }
-    }
-
     /// Writes what the vehicle covers from each sample to the next; the last slice is the last sample alone.
     pub(super) fn sweep(&self, outline: &Outline, sweep: &mut Sweep) {
         sweep.clear();
-        self.append_slices(outline, sweep);
-        if let Some(&last) = self.poses.last() {
+        self.extend_sweep(outline, sweep);
+    }
+
+    /// Appends the slices that a sweep lacks of this motion, as far as that is sampled.
+    pub(super) fn extend_sweep(&self, outline: &Outline, sweep: &mut Sweep) {
+        let moving = self.deviations.len() - self.standing;
+        let known = sweep.len();
+        if known < moving {
+            let mut row = sweep.row(outline, &self.poses[known]);
+            for (end, deviation) in self.poses[known + 1..].iter().zip(&self.deviations[known..moving]) {
+                row.go(end, deviation);
+            }
+        }
+        if self.is_complete()
+            && sweep.len() == moving
+            && let Some(&last) = self.poses.last()
+        {
+            if self.standing > 0 {
+                sweep.push(outline, last, last, &Deviation::default());
+                sweep.repeat_last(self.standing - 1);
+            }
             sweep.push(outline, last, last, &Deviation::default());
         }
     }
@@ -394,6 +436,35 @@ mod tests {
     }
 
     proptest! {
+        /// A motion that is sampled bit by bit is the one that is sampled at once, and so is what it covers.
+        #[test]
+        fn bit_by_bit_is_at_once(
+            (points, speed_mps, offset_s) in (2..60_usize, 0.0..12.0_f32, -0.5..0.5_f64),
+            (start_s, acceleration_mps2, brakes) in (-0.5..2.0_f64, -6.0..-0.5_f64, any::<bool>()),
+            parts in proptest::collection::vec(1..20_usize, 0..8),
+        ) {
+            let path = path(points, speed_mps, offset_s);
+            let braking = brakes.then_some(Braking { start_s, acceleration_mps2 });
+            let outline = Outline::rectangle(3.8, 1.1, 0.9, 0.9);
+            let at_once = sampled(&path, braking);
+            let (mut motion, mut sweep, mut whole) = (EgoMotion::default(), Sweep::default(), Sweep::default());
+            at_once.sweep(&outline, &mut whole);
+            motion.begin(&path, braking, 0.1, 30.0);
+            let mut samples = 0;
+            for part in parts.into_iter().chain([usize::MAX]) {
+                samples = part.saturating_add(samples);
+                motion.extend(&path, samples);
+                motion.extend_sweep(&outline, &mut sweep);
+                prop_assert!(motion.is_complete() || sweep.len() + 1 == motion.poses.len());
+            }
+            prop_assert_eq!((&motion.poses, &motion.distances_m), (&at_once.poses, &at_once.distances_m));
+            prop_assert_eq!(&motion.deviations, &at_once.deviations);
+            prop_assert_eq!((sweep.bounds(), sweep.groups()), (whole.bounds(), whole.groups()));
+            for at in 0..whole.len() {
+                prop_assert_eq!((sweep.slice(at), sweep.bounding_box(at)), (whole.slice(at), whole.bounding_box(at)));
+            }
+        }
+
         /// A cursor, wherever it is, changes no place.
         #[test]
         fn a_place_does_not_depend_on_the_cursor(

@@ -1,5 +1,5 @@
 //! The vehicle's motions on one candidate and what it covers on each: as planned, and braking in every way that was
-//! asked for. Each is made once for a candidate, when it is first needed.
+//! asked for. Each is made once for a candidate, when it is first needed and as far as it is.
 
 use super::ego::{Braking, EgoMotion, EgoPath};
 use super::settings::Settings;
@@ -28,11 +28,12 @@ struct Braked {
     covers: Vec<Cover>,
 }
 
-/// What the vehicle covers, and the box around it.
+/// What the vehicle covers, as far as somebody wanted to know.
 #[derive(Debug)]
 pub(super) struct Cover {
     pub(super) sweep: Sweep,
-    pub(super) bounds: Bounds,
+    /// Box around all of it, if it goes to the end of the motion.
+    pub(super) bounds: Option<Bounds>,
 }
 
 impl EgoMotions {
@@ -60,25 +61,28 @@ impl EgoMotions {
         &self.planned_sweeps[outline]
     }
 
-    /// What the vehicle covers that brakes in this way, with one of the outlines.
+    /// What the vehicle covers on the braking motion at a place, with one of the outlines: so many slices at least, or
+    /// all.
+    #[inline]
     pub(super) fn braked(
         &mut self,
+        place: usize,
         settings: &Settings,
         outline: usize,
-        braking: Braking,
-        horizon_s: f64,
+        slices: usize,
     ) -> &Cover {
-        let place = self.braked_place(settings, braking, horizon_s);
         let Braked { motion, covers, .. } = &mut self.braked[place];
         let cover = &mut covers[outline];
-        if cover.sweep.is_empty() {
-            motion.sweep(&settings.ego_outlines[outline], &mut cover.sweep);
-            cover.bounds = Bounds::around_all(cover.sweep.groups());
+        if cover.bounds.is_none() && cover.sweep.len() < slices {
+            motion.extend(&self.path, slices + 1);
+            motion.extend_sweep(&settings.ego_outlines[outline], &mut cover.sweep);
+            cover.bounds = motion.is_complete().then(|| Bounds::around_all(cover.sweep.groups()));
         }
         cover
     }
 
-    fn braked_place(&mut self, settings: &Settings, braking: Braking, horizon_s: f64) -> usize {
+    /// Place of the motion that brakes in this way.
+    pub(super) fn place_of(&mut self, braking: Braking, settings: &Settings, horizon_s: f64) -> usize {
         let used = &self.braked[..self.braked_used];
         if let Some(place) = used.iter().position(|braked| braked.braking == braking) {
             return place;
@@ -89,10 +93,13 @@ impl EgoMotions {
         }
         let braked = &mut self.braked[place];
         braked.braking = braking;
-        braked.motion.sample(&self.path, Some(braking), settings.resolution_s, horizon_s);
-        let nothing = || Cover { sweep: Sweep::default(), bounds: Bounds::EMPTY };
+        braked.motion.begin(&self.path, Some(braking), settings.resolution_s, horizon_s);
+        let nothing = || Cover { sweep: Sweep::default(), bounds: None };
         braked.covers.resize_with(settings.ego_outlines.len(), nothing);
-        braked.covers.iter_mut().for_each(|cover| cover.sweep.clear());
+        for cover in &mut braked.covers {
+            cover.sweep.clear();
+            cover.bounds = None;
+        }
         self.braked_used += 1;
         place
     }

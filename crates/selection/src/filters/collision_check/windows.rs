@@ -83,17 +83,37 @@ impl WindowColumns {
 impl Windows<'_> {
     /// The first group of slices that meets the box around its windows; no slice before it meets its window.
     pub(super) fn first_near_group(&self, ego: &Sweep) -> Option<usize> {
-        ego.groups().iter().zip(self.groups).position(|(slices, windows)| slices.meets(windows))
+        let count = ego.groups().len().min(self.groups.len());
+        let (slices, windows) = (&ego.groups()[..count], &self.groups[..count]);
+        (0..count).find(|&group| slices[group].meets(&windows[group]))
+    }
+
+    /// Number of groups.
+    pub(super) fn groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// False if no slice of a group meets its window.
+    pub(super) fn is_near_group(&self, ego: &Sweep, group: usize) -> bool {
+        ego.groups().get(group).is_some_and(|slices| slices.meets(&self.groups[group]))
     }
 
     /// Adds the slices that meet their windows, ascending. Whole groups are passed over where they do not meet.
     pub(super) fn find_near(&self, ego: &Sweep, near: &mut Vec<usize>) {
         for (group, (slices, window)) in ego.groups().iter().zip(self.groups).enumerate() {
             if slices.meets(window) {
-                let first = group * GROUP;
-                let pairs = ego.bounds()[first..].iter().zip(&self.boxes[first..]).take(GROUP);
-                let inside = (first..).zip(pairs).filter(|(_, (slice, window))| slice.meets(window));
-                near.extend(inside.map(|(at, _)| at));
+                self.find_near_in(group, ego, near);
+            }
+        }
+    }
+
+    /// Adds the slices of one group that meet their windows, ascending.
+    pub(super) fn find_near_in(&self, group: usize, ego: &Sweep, near: &mut Vec<usize>) {
+        let first = group * GROUP;
+        let pairs = ego.bounds()[first..].iter().zip(&self.boxes[first..]).take(GROUP);
+        for (at, (slice, window)) in pairs.enumerate() {
+            if slice.meets(window) {
+                near.push(first + at);
             }
         }
     }
