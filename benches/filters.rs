@@ -5,7 +5,8 @@
 //! instructions (see `benches/instructions/run.sh`). A cycle is what the filter does in a running node: take in the
 //! scene, judge all candidates, remember them. Before it is measured, a cycle of the moment before warms buffers and
 //! what is made once for a map. `FILTER` is a short name, `data_validity` (which makes the points of the message ready
-//! first), `all` (everything together, as the validator runs it) or `nothing` (the cost of measuring).
+//! first), `all` (everything together, as the validator runs it) or `nothing` (the cost of measuring). With `count
+//! SCENE.json FILTER FAR` there are so many road users more, all of them kilometres away from the candidates.
 //!
 //! Run: `cargo bench --bench filters`
 #![allow(
@@ -16,6 +17,7 @@
 )]
 
 use messages::builtin_interfaces::Time;
+use messages::geometry_msgs::Point;
 use motion::VehicleInfo;
 use selection::filters::{CLASSES, FilterClass};
 use selection::parameters::ValidatorParameters;
@@ -29,6 +31,8 @@ use trajectory_selector::golden::{Maps, Sequence, sequence_files};
 const ROUNDS: usize = 25;
 /// From one cycle to the next.
 const PERIOD_NS: i64 = 100_000_000;
+/// Road users that are added are at least so far away, east and south \[m\].
+const NEAREST_FAR_M: f64 = 2_000.0;
 
 /// What is measured.
 enum Judge {
@@ -70,6 +74,7 @@ impl Judge {
                 judgements.filter(|judgement| black_box(judgement).feasible).count()
             }
             Self::One(filter) => {
+                filter.announce(candidates);
                 filter.observe(scene);
                 let judge = |candidate| filter.judge(scene, candidate, scratch);
                 let judgements: Vec<Judgement> = candidates.iter().map(judge).collect();
@@ -78,6 +83,7 @@ impl Judge {
                 judgements.iter().filter(|judgement| judgement.feasible).count()
             }
             Self::All(validator) => {
+                validator.announce(candidates);
                 validator.observe(scene);
                 let judge = |candidate| validator.judge(scene, candidate, scratch, || 0, &mut []);
                 let verdicts: Vec<_> = candidates.iter().map(judge).collect();
@@ -153,8 +159,27 @@ fn run(sequence: &Sequence, name: &str, cycles: usize, mut measure: impl FnMut(&
     feasible
 }
 
-fn count(path: &Path, name: &str) {
-    let sequence = read(path, &mut Maps::default());
+/// Adds road users like those that are there, kilometres away.
+fn add_far(scene: &mut Scene, far: usize) {
+    let Some(objects) = &mut scene.objects else { return };
+    let objects = &mut Arc::make_mut(objects).objects;
+    let near = objects.len();
+    for number in 0..far {
+        let mut object = objects[number % near].clone();
+        object.object_id.uuid[..8].copy_from_slice(&(number as u64 + 1).to_be_bytes());
+        let away_m = NEAREST_FAR_M + 5.0 * number as f64;
+        let move_away =
+            |position: &mut Point| (position.x, position.y) = (position.x + away_m, position.y - away_m);
+        move_away(&mut object.kinematics.initial_pose_with_covariance.pose.position);
+        let paths = object.kinematics.predicted_paths.iter_mut();
+        paths.flat_map(|path| &mut path.path).for_each(|pose| move_away(&mut pose.position));
+        objects.push(object);
+    }
+}
+
+fn count(path: &Path, name: &str, far: usize) {
+    let mut sequence = read(path, &mut Maps::default());
+    add_far(&mut sequence.cycles[0].scene, far);
     let feasible = run(&sequence, name, 1, |cycle| cycle());
     println!("candidates {} feasible {feasible}", sequence.cycles[0].candidates.len());
 }
@@ -184,12 +209,13 @@ fn times(folder: &Path) {
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["count", scene, filter] => count(Path::new(scene), filter),
+        ["count", scene, filter] => count(Path::new(scene), filter, 0),
+        ["count", scene, filter, far] => count(Path::new(scene), filter, far.parse().unwrap()),
         [] => {
             let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
             let shared = std::env::var_os("SELECTOR_SHARED").map_or(beside, PathBuf::from);
             times(&shared.join("golden/bench"));
         }
-        _ => panic!("usage: filters [count SCENE.json FILTER]"),
+        _ => panic!("usage: filters [count SCENE.json FILTER [FAR]]"),
     }
 }

@@ -173,6 +173,7 @@ fn drive<'a>(
         }
         concatenator.add(&message);
         let candidates = concatenator.get(step.scene.now).candidates;
+        validator.announce(&candidates);
         validator.observe(&step.scene);
         let verdicts = judge(&validator, &step.scene, &candidates);
         validator.remember(&candidates, &verdicts);

@@ -281,6 +281,7 @@ pub fn run_cycle(validator: &mut Validator, cycle: &Cycle, scratch: &mut Scratch
     if let Some(parameters) = &cycle.parameters {
         validator.configure(parameters.clone());
     }
+    validator.announce(&cycle.candidates);
     validator.observe(&cycle.scene);
     let candidates = cycle.candidates.iter();
     let verdicts: Vec<Verdict> = candidates

@@ -50,6 +50,7 @@ impl Still {
             ..ValidatorParameters::default()
         };
         let mut validator = Validator::new(parameters, &self.scene.vehicle)?;
+        validator.announce(&self.candidates);
         validator.observe(&self.scene);
         let mut scratch = Scratch::default();
         let judge = |candidate| validator.judge(&self.scene, candidate, &mut scratch, || 0, &mut []);

@@ -4,7 +4,8 @@ use messages::autoware_internal_planning_msgs::CandidateTrajectory;
 use messages::autoware_planning_msgs::TrajectoryPoint as PointMessage;
 use messages::geometry_msgs::Pose as PoseMessage;
 use messages::unique_identifier_msgs::Uuid;
-use motion::{Point3, Pose, Quaternion, TimeFromStart, TrajectoryPoint};
+use motion::occupancy::Bounds;
+use motion::{Point2, Point3, Pose, Quaternion, TimeFromStart, TrajectoryPoint};
 use std::fmt;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
@@ -60,6 +61,33 @@ impl FromIterator<TrajectoryPoint> for Points {
     fn from_iter<I: IntoIterator<Item = TrajectoryPoint>>(points: I) -> Self {
         Self { message: Arc::default(), converted: OnceLock::from(points.into_iter().collect::<Box<_>>()) }
     }
+}
+
+impl Points {
+    /// Box around the places of the points, and around where the last speed leads within a time \[s\]. The points are
+    /// not made ready for that. Numbers that are not finite are passed over.
+    #[must_use]
+    pub fn bounds(&self, beyond_s: f64) -> Bounds {
+        match self.converted.get() {
+            Some(points) => {
+                let end = points.last().map_or(0.0, |last| last.longitudinal_velocity_mps);
+                bounds_of(points.iter().map(|point| point.pose.point()), end, beyond_s)
+            }
+            None => {
+                let points = &self.message.points;
+                let end = points.last().map_or(0.0, |last| last.longitudinal_velocity_mps);
+                let place = |point: &PointMessage| Point2::new(point.pose.position.x, point.pose.position.y);
+                bounds_of(points.iter().map(place), end, beyond_s)
+            }
+        }
+    }
+}
+
+fn bounds_of(places: impl DoubleEndedIterator<Item = Point2>, end_mps: f32, beyond_s: f64) -> Bounds {
+    let mut places = places.filter(|place| place.x.is_finite() && place.y.is_finite());
+    let Some(last) = places.next_back() else { return Bounds::EMPTY };
+    let beyond_m = if end_mps.is_finite() { f64::from(end_mps).abs() * beyond_s } else { 0.0 };
+    Bounds::around(places).joined(&Bounds { min: last, max: last }.grown(beyond_m))
 }
 
 impl Deref for Points {

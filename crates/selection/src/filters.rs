@@ -27,6 +27,11 @@ pub trait Filter: Send + Sync {
     /// Takes changed parameters; called between two cycles.
     fn configure(&mut self, parameters: &ValidatorParameters);
 
+    /// Tells, before [`observe`](Filter::observe), which candidates will be judged in the cycle: what none of them can
+    /// come near need not be worked out. It must change no judgement. Their data was not checked yet. Without this call
+    /// any candidate may come.
+    fn announce(&mut self, _candidates: &[Candidate]) {}
+
     /// Once per cycle, before any candidate: update memory that comes from sensors, precompute what all candidates
     /// share.
     fn observe(&mut self, _scene: &Scene) {}

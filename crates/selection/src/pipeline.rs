@@ -115,6 +115,7 @@ impl Pipeline {
     ) -> Step {
         let candidates = &concatenated.candidates[..];
         let started = stopwatch();
+        self.validator.announce(candidates);
         self.validator.observe(scene);
         let observed = stopwatch();
         let (verdicts, filters_ns) = judge_all(&self.validator, scene, candidates);

@@ -229,6 +229,14 @@ impl Validator {
         }
     }
 
+    /// Before [`Self::observe`]: the candidates that will be judged in the cycle, and no others will. A filter that panics
+    /// here judges nothing in this cycle.
+    pub fn announce(&mut self, candidates: &[Candidate]) {
+        for loaded in self.filters.iter_mut().filter(|loaded| loaded.broken.is_none()) {
+            loaded.broken = caught(|| loaded.filter.announce(candidates)).err();
+        }
+    }
+
     /// Once per cycle, before any candidate is judged. A filter that panics here judges nothing in this cycle: its
     /// judgements are failures.
     pub fn observe(&mut self, scene: &Scene) {

@@ -17,6 +17,7 @@ mod motions;
 mod objects;
 mod passage;
 mod priority;
+mod reach;
 mod rss;
 mod settings;
 mod stop_tracker;
@@ -29,9 +30,10 @@ pub use findings::{CollisionCause, CollisionMemo};
 use self::drac::{DracBuffers, Evaluation, Outcome, Situation, Turn};
 use self::findings::{Finding, Findings, Known, first_contact, judgement};
 use self::motions::EgoMotions;
-use self::objects::{Course, Object, Objects};
+use self::objects::{Course, Object, Objects, near_of};
 use self::passage::Hit;
 pub(crate) use self::priority::PriorityMap;
+use self::reach::Reach;
 use self::settings::Settings;
 use self::stop_tracker::StopTracker;
 use super::{Fill, Filter, Scratch};
@@ -75,6 +77,8 @@ pub struct CollisionCheckFilter {
     object_stops: StopTracker,
     objects: Objects,
     priority: Option<Arc<PriorityMap>>,
+    /// Where the announced candidates may come, until the scene is observed.
+    announced: Option<Reach>,
     cycle: Result<Cycle, Cow<'static, str>>,
 }
 
@@ -97,11 +101,12 @@ impl CollisionCheckFilter {
             object_stops: StopTracker::default(),
             objects: Objects::default(),
             priority: None,
+            announced: None,
             cycle: Err(Cow::Borrowed(NO_ODOMETRY)),
         }
     }
 
-    fn observe_inputs(&mut self, scene: &Scene) -> Result<Cycle, Cow<'static, str>> {
+    fn observe_inputs(&mut self, scene: &Scene, reach: Option<Reach>) -> Result<Cycle, Cow<'static, str>> {
         // The trackers take what there is, also in cycles that cannot be assessed.
         if let Some(odometry) = &scene.odometry {
             let twist = &odometry.twist.twist.linear;
@@ -120,7 +125,7 @@ impl CollisionCheckFilter {
         let map = scene.map.as_ref().ok_or(NO_MAP)?;
         check_frame(scene, objects)?;
         self.priority = Some(priority_of(&map.value));
-        self.objects.fill(objects, &self.settings).map_err(objects::ObjectDefect::text)?;
+        self.objects.fill(objects, &self.settings, reach).map_err(objects::ObjectDefect::text)?;
         let ego_ns = self.ego_stops.standing_ns(&Uuid::default());
         for object in &mut self.objects.objects {
             object.mutual_standing_ns = ego_ns.min(self.object_stops.standing_ns(&object.id));
@@ -178,13 +183,20 @@ impl Filter for CollisionCheckFilter {
 
     fn configure(&mut self, parameters: &ValidatorParameters) {
         self.settings = Settings::new(&parameters.collision_check, &self.vehicle);
-        // What was observed with the old settings must not meet the new ones.
+        // What was announced and observed with the old settings must not meet the new ones.
+        self.announced = None;
         self.cycle = Err(Cow::Borrowed("parameters changed after the scene was observed"));
+    }
+
+    fn announce(&mut self, candidates: &[Candidate]) {
+        self.announced = Some(Reach::of(candidates, &self.settings));
     }
 
     fn observe(&mut self, scene: &Scene) {
         self.cycle = Err(Cow::Borrowed("the scene could not be observed"));
-        self.cycle = self.observe_inputs(scene);
+        // It holds for one cycle: of the candidates of the next one nothing is known yet.
+        let reach = self.announced.take();
+        self.cycle = self.observe_inputs(scene, reach);
     }
 
     fn judge(&self, _scene: &Scene, candidate: &Candidate, scratch: &mut Scratch) -> Judgement {
@@ -200,6 +212,9 @@ impl Filter for CollisionCheckFilter {
         }
         let work = &mut scratch.collision_check;
         let situation = self.situation(cycle, priority, candidate, offset_s, work);
+        if !self.is_in_reach(&work.ego) {
+            return Judgement::not_assessed("the candidate was not among those announced before the cycle");
+        }
         let mut findings = Findings::new(&self.settings);
         findings.memo.without_predicted_path = self.objects.lack_path;
         self.assess_passages(&situation, work, &mut findings);
@@ -243,6 +258,13 @@ impl CollisionCheckFilter {
             odometry_s: cycle.odometry_s,
             indicators_are_off: command == TurnIndicatorsCommand::DISABLE,
         }
+    }
+
+    /// True if the candidate's motion lies where it was announced: only there all ways of objects are known.
+    fn is_in_reach(&self, ego: &EgoMotions) -> bool {
+        self.objects
+            .reach
+            .is_none_or(|reach| ego.bounds.is_some_and(|bounds| reach.passages.contains(&bounds)))
     }
 
     /// True if the vehicle and an object have been standing for so long that findings on its predicted paths count for
@@ -324,14 +346,15 @@ impl CollisionCheckFilter {
         findings: &mut Findings,
     ) {
         // Standing still or reversing needs no braking towards anything ahead.
-        if cycle.speed_mps <= 0.0 || !self.objects.objects.iter().any(|object| object.uses_rss) {
+        if cycle.speed_mps <= 0.0 || self.objects.on_paths.is_empty() {
             return;
         }
         work.ego.plan_sweep(&self.settings, self.settings.rss_cover);
         self.sweep_tail(work);
         let planned = work.ego.planned_sweep(self.settings.rss_cover).groups();
         let bounds = Bounds::around_all(planned).joined(&Bounds::around_all(work.rss_tail.groups()));
-        for (place, object) in self.objects.objects.iter().enumerate().filter(|(_, object)| object.uses_rss) {
+        for &place in &self.objects.on_paths {
+            let object = &self.objects.objects[place];
             let Some(touch) = self.first_touch(place, object, &bounds, work) else { continue };
             let Touch { distance_m, time_s, .. } = touch;
             let of_class = &self.settings.class(object.class).rss;
@@ -380,8 +403,7 @@ impl CollisionCheckFilter {
         work: &mut Workspace,
     ) -> Option<Touch> {
         let (outline, standing) = (&self.settings.rss_outline, &self.objects.standing);
-        let around = standing.bounds()[place];
-        let around = around.grown(rounding_m(&around.joined(bounds)));
+        let around = near_of(&standing.bounds()[place], bounds);
         if !around.meets(bounds) {
             return None;
         }
@@ -422,12 +444,6 @@ struct Touch {
     distance_m: f64,
     time_s: f64,
     place: PlanarPose,
-}
-
-/// Far more than rounding moves the sides of a box \[m\], far less than matters.
-fn rounding_m(bounds: &Bounds) -> f64 {
-    let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
-    sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What all candidates share: the objects, and what each of them covers over time on each course it may take.
 
+use super::reach::{Reach, bounds_around, bounds_of_way};
 use super::settings::{ClassSettings, Settings, TIME_SLACK_S};
 use super::windows::{WindowColumns, WindowPlaces, Windows};
 use crate::parameters::{ObjectClass, Shape};
@@ -13,6 +14,7 @@ use motion::occupancy::{
     turn_per_metre,
 };
 use motion::{Point2, Pose};
+use smallvec::SmallVec;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -20,6 +22,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const PATH_HORIZON_S: f64 = 8.0;
 /// Shortest segment of a predicted path \[m\] that is divided by.
 const SEGMENT_LENGTH_M: f64 = 1e-6;
+/// Numbers of slices that are kept: horizons are mostly the same.
+const MOST_COUNTS: usize = 4;
 
 /// A road user or obstacle, ready to be assessed.
 #[derive(Debug)]
@@ -30,7 +34,6 @@ pub(super) struct Object {
     pub(super) pose: Pose,
     /// Velocity in the object's frame \[m/s\].
     pub(super) velocity: Vector2,
-    pub(super) uses_rss: bool,
     /// For how long both it and the vehicle have been standing \[ns\]; filled in by the filter.
     pub(super) mutual_standing_ns: i64,
 }
@@ -73,13 +76,19 @@ pub(super) struct Objects {
     windows: WindowColumns,
     /// Objects where they are now: one slice each.
     pub(super) standing: Sweep,
-    path_poses: Vec<PlanarPose>,
+    pub(super) path_poses: Vec<PlanarPose>,
     path_lengths_m: Vec<f64>,
     /// Until when slices of the vehicle can meet anything \[s\].
     pub(super) horizon_s: f64,
     /// True if one of them has no predicted path, though its class's paths are to be assessed.
     pub(super) lack_path: bool,
     buffers: CourseBuffers,
+    /// Places of the objects whose distance is to be assessed, but for those out of reach of all candidates.
+    pub(super) on_paths: Vec<usize>,
+    /// Where these candidates may come; `None` if any may come.
+    pub(super) reach: Option<Reach>,
+    /// Numbers of slices that were counted: whether a body moves, for how long \[s\].
+    slice_counts: SmallVec<[((bool, f64), usize); MOST_COUNTS]>,
 }
 
 /// Memory for sampling a course.
@@ -114,11 +123,12 @@ impl ObjectDefect {
 }
 
 impl Objects {
-    /// Takes the objects of a message. On an error the content is not to be used.
+    /// Takes the objects of a message. Ways that none of the candidates can come near are left out. On an error the content is not to be used.
     pub(super) fn fill(
         &mut self,
         message: &PredictedObjects,
         settings: &Settings,
+        reach: Option<Reach>,
     ) -> Result<(), ObjectDefect> {
         static LAST: AtomicU64 = AtomicU64::new(0);
         self.number = LAST.fetch_add(1, Ordering::Relaxed) + 1;
@@ -131,6 +141,9 @@ impl Objects {
         self.path_lengths_m.clear();
         self.horizon_s = 0.0;
         self.lack_path = false;
+        self.on_paths.clear();
+        self.reach = reach;
+        self.slice_counts.clear();
         for object in &message.objects {
             self.add(object, settings)?;
         }
@@ -154,30 +167,109 @@ impl Objects {
             self.lack_path |= of_class.assesses_paths && !has_path;
             if let Some(horizon_s) = of_class.arc_horizon_s {
                 let (direction, turn_rad_per_m) = turn_per_metre(velocity, twist.angular.z);
-                let way = Way::Arc { start: planar, direction, turn_rad_per_m };
-                self.add_course(way, velocity.norm(), horizon_s, &outline, of_class, settings);
+                let speed_mps = velocity.norm();
+                // An arc leads no farther from its start than it is long.
+                let places = bounds_around(planar.position, speed_mps * horizon_s);
+                if self.is_out_of_reach(&places, speed_mps, &outline, settings) {
+                    self.pass_over(speed_mps, horizon_s, of_class, settings);
+                } else {
+                    let way = Way::Arc { start: planar, direction, turn_rad_per_m };
+                    self.add_course(way, speed_mps, horizon_s, &outline, of_class, settings);
+                }
             }
             if of_class.assesses_paths {
-                for path in &message.kinematics.predicted_paths {
-                    let (way, horizon_s) = self.add_path(path);
-                    self.add_course(way, velocity.norm(), horizon_s, &outline, of_class, settings);
-                }
+                self.add_paths(message, velocity.norm(), &outline, of_class, settings);
             }
         }
         self.standing.push(&outline, planar, planar, &Deviation::default());
+        let uses_rss = of_class.rss_shapes.contains(&shape);
+        let place = self.objects.len();
+        if uses_rss && !self.stands_out_of_reach(place) {
+            self.on_paths.push(place);
+        }
         self.objects.push(Object {
             id: message.object_id,
             class,
             outline,
             pose,
             velocity,
-            uses_rss: of_class.rss_shapes.contains(&shape),
             mutual_standing_ns: 0,
         });
         Ok(())
     }
 
-    fn add_path(&mut self, path: &PredictedPath) -> (Way, f64) {
+    fn add_paths(
+        &mut self,
+        message: &PredictedObject,
+        speed_mps: f64,
+        outline: &Outline,
+        of_class: &ClassSettings,
+        settings: &Settings,
+    ) {
+        for path in &message.kinematics.predicted_paths {
+            let place = |pose: &messages::geometry_msgs::Pose| Point2::new(pose.position.x, pose.position.y);
+            // What follows a path is always between two of its poses.
+            let places = Bounds::around(path.path.iter().map(place));
+            if self.is_out_of_reach(&places, speed_mps, outline, settings) {
+                if !path.path.is_empty() {
+                    self.pass_over(speed_mps, path_horizon_s(path), of_class, settings);
+                }
+            } else {
+                let way = self.add_path(path);
+                self.add_course(way, speed_mps, path_horizon_s(path), outline, of_class, settings);
+            }
+        }
+    }
+
+    /// True if no candidate comes near to what a body covers whose origin stays in a box.
+    fn is_out_of_reach(
+        &self,
+        places: &Bounds,
+        speed_mps: f64,
+        outline: &Outline,
+        settings: &Settings,
+    ) -> bool {
+        self.reach.is_some_and(|reach| {
+            let covered = bounds_of_way(places, speed_mps, outline, settings.resolution_s);
+            covered.is_apart_from(&reach.passages)
+        })
+    }
+
+    /// True if no candidate comes near to an object where that is now.
+    fn stands_out_of_reach(&self, place: usize) -> bool {
+        self.reach.is_some_and(|reach| {
+            !near_of(&self.standing.bounds()[place], &reach.covered).meets(&reach.covered)
+        })
+    }
+
+    /// Takes into account for how long a way lasts that is left out.
+    fn pass_over(&mut self, speed_mps: f64, horizon_s: f64, of_class: &ClassSettings, settings: &Settings) {
+        let slices = self.slice_count(speed_mps, horizon_s, settings.resolution_s);
+        self.last_until(slices, of_class, settings);
+    }
+
+    fn last_until(&mut self, slices: usize, of_class: &ClassSettings, settings: &Settings) {
+        let last_s = (slices + of_class.object_earlier_ticks) as f64 * settings.resolution_s;
+        self.horizon_s = self.horizon_s.max(last_s);
+    }
+
+    /// How many slices [`Self::sweep_way`] makes at a constant speed.
+    fn slice_count(&mut self, speed_mps: f64, horizon_s: f64, resolution_s: f64) -> usize {
+        let key = (speed_mps > 0.0, horizon_s);
+        if let Some((_, count)) = self.slice_counts.iter().find(|(known, _)| *known == key) {
+            return *count;
+        }
+        let times_s = &mut self.buffers.times_s;
+        SpeedProfile::constant(speed_mps).sample_times(0.0, horizon_s, resolution_s, times_s);
+        let last_s = times_s[times_s.len() - 1];
+        let count = (0_u32..).take_while(|&tick| slice_begins(tick, resolution_s, last_s)).count();
+        if self.slice_counts.len() < MOST_COUNTS {
+            self.slice_counts.push((key, count));
+        }
+        count
+    }
+
+    fn add_path(&mut self, path: &PredictedPath) -> Way {
         let first = self.path_poses.len();
         let mut length_m = 0.0;
         let mut previous: Option<motion::Point3> = None;
@@ -190,8 +282,7 @@ impl Objects {
             self.path_poses.push(PlanarPose::from(&pose));
             self.path_lengths_m.push(length_m);
         }
-        let horizon_s = (path.path.len() as f64 * path.time_step.seconds()).min(PATH_HORIZON_S);
-        (Way::Path(first..self.path_poses.len()), horizon_s)
+        Way::Path(first..self.path_poses.len())
     }
 
     fn add_course(
@@ -215,8 +306,8 @@ impl Objects {
         let (before, after) = (of_class.object_earlier_ticks, of_class.ego_earlier_ticks);
         let of_course = &self.sweep.bounds()[slices.clone()];
         let windows = self.windows.push(of_course, before, after);
-        let last_s = (slices.len() + before) as f64 * settings.resolution_s;
-        self.horizon_s = self.horizon_s.max(last_s);
+        let bounds = Bounds::around_all(of_course);
+        self.last_until(slices.len(), of_class, settings);
         self.courses.push(Course {
             place: self.courses.len(),
             object: self.objects.len(),
@@ -224,7 +315,7 @@ impl Objects {
             way,
             speed_mps,
             horizon_s,
-            bounds: Bounds::around_all(of_course),
+            bounds,
             slices,
             windows,
         });
@@ -258,7 +349,7 @@ impl Objects {
         for tick in 0_u32.. {
             let start_s = f64::from(tick) * resolution_s;
             let end_s = f64::from(tick + 1) * resolution_s;
-            if start_s > times_s[last] + TIME_SLACK_S {
+            if !slice_begins(tick, resolution_s, times_s[last]) {
                 break;
             }
             // From the last sample not after the start of the slice to the first one not before its end.
@@ -328,6 +419,28 @@ impl Objects {
         }
         deviation
     }
+}
+
+/// True if a slice begins at a tick when the last sample is at a time \[s\].
+fn slice_begins(tick: u32, resolution_s: f64, last_s: f64) -> bool {
+    f64::from(tick) * resolution_s <= last_s + TIME_SLACK_S
+}
+
+/// How much of a predicted path is assessed \[s\].
+fn path_horizon_s(path: &PredictedPath) -> f64 {
+    (path.path.len() as f64 * path.time_step.seconds()).min(PATH_HORIZON_S)
+}
+
+/// The box around an object that stands, a little larger: what touches the object meets it, whatever was rounded of
+/// either. The other box is around what may touch it.
+pub(super) fn near_of(standing: &Bounds, other: &Bounds) -> Bounds {
+    standing.grown(rounding_m(&standing.joined(other)))
+}
+
+/// Far more than rounding moves the sides of a box \[m\], far less than matters.
+fn rounding_m(bounds: &Bounds) -> f64 {
+    let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
+    sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }
 
 /// Class of highest probability, the first of equals; unlisted labels and no label are unknown.

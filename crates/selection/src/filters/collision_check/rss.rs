@@ -84,7 +84,6 @@ mod tests {
             outline: Outline::rectangle(1.0, 1.0, 1.0, 1.0),
             pose: Pose::from_xy_yaw(0.5, 0.0, yaw_rad),
             velocity: Vector2::new(2.0, 0.0),
-            uses_rss: true,
             mutual_standing_ns: 0,
         };
         let along = |xs: [f64; 2], yaw_deg: f64, object_deg: f64| {

@@ -190,6 +190,102 @@ proptest! {
     }
 }
 
+fn standing_apart(users: &[User], apart_m: f64) -> Vec<User> {
+    let pushed = |(k, user): (usize, &User)| {
+        let (x, y, yaw) = user.place;
+        User { place: (x + apart_m * (k % 3) as f64, y - apart_m * (k % 4) as f64, yaw), ..user.clone() }
+    };
+    users.iter().enumerate().map(pushed).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Ways that are left out because no announced candidate comes near change nothing, however near or far they are.
+    #[test]
+    fn what_is_out_of_reach_changes_nothing(
+        users in proptest::collection::vec(any_user(), 1..14),
+        apart_m in prop_oneof![Just(0.0), 5.0..60.0_f64, Just(1e6)],
+        parameters in any_parameters(),
+        speeds in proptest::collection::vec(0.0..14.0_f64, 1..4),
+        turn in -0.03..0.03_f64,
+        reverses in any::<bool>(),
+    ) {
+        let users = standing_apart(&users, apart_m);
+        let scene = observed(&users, speeds[0]);
+        let mut candidates: Vec<Candidate> =
+            speeds.iter().map(|&speed_mps| candidate(speed_mps, 0.5, turn, 0)).collect();
+        if reverses {
+            let mut points: Vec<TrajectoryPoint> = candidates[0].points.to_vec();
+            for point in &mut points {
+                point.longitudinal_velocity_mps *= -1.0;
+            }
+            candidates[0] = candidate_of(points);
+        }
+        let mut filter = CollisionCheckFilter::new(&parameters, &VehicleInfo::default());
+        let mut judge = |is_announced: bool| {
+            if is_announced {
+                filter.announce(&candidates);
+            }
+            filter.observe(&scene);
+            let horizon_s = filter.objects.horizon_s;
+            let mut scratch = Scratch::default();
+            let judged = candidates.iter().map(|candidate| filter.judge(&scene, candidate, &mut scratch));
+            (judged.map(|judged| format!("{judged:?}")).collect::<Vec<_>>(), horizon_s)
+        };
+        prop_assert_eq!(judge(true), judge(false));
+    }
+
+    /// All that an object covers on a way lies in the box by which ways are left out.
+    #[test]
+    fn ways_stay_in_their_boxes(user in any_user(), resolution in 0.02..0.5_f64) {
+        let mut parameters = CollisionCheckParameters::default();
+        parameters.global_setting.time_resolution = resolution;
+        let mut filter = CollisionCheckFilter::new(&parameters, &VehicleInfo::default());
+        filter.observe(&observed(&[user], 1.0));
+        let place = |pose: &PlanarPose| Bounds { min: pose.position, max: pose.position };
+        for course in &filter.objects.courses {
+            let object = &filter.objects.objects[course.object];
+            let places = match &course.way {
+                objects::Way::Arc { start, .. } => {
+                    reach::bounds_around(start.position, course.speed_mps * course.horizon_s)
+                }
+                objects::Way::Path(poses) => filter.objects.path_poses[poses.clone()]
+                    .iter()
+                    .fold(Bounds::EMPTY, |all, pose| all.joined(&place(pose))),
+            };
+            let around = reach::bounds_of_way(&places, course.speed_mps, &object.outline, resolution);
+            prop_assert!(around.contains(&course.bounds), "{around:?} {:?}", course.bounds);
+        }
+    }
+}
+
+#[test]
+fn far_objects_cost_no_ways_and_strangers_are_not_judged() {
+    let user = |x| User {
+        place: (x, 0.0, 0.0),
+        speed_mps: 5.0,
+        turns: vec![0.0, 0.01],
+        label: ObjectClassification::CAR,
+        size: (4.0, 2.0),
+        id: 1,
+    };
+    let scene = observed(&[user(20.0), user(400.0), user(-1e5)], 8.0);
+    let mut filter = CollisionCheckFilter::new(&CollisionCheckParameters::default(), &VehicleInfo::default());
+    filter.announce(&[candidate(8.0, 0.0, 0.0, 0)]);
+    filter.observe(&scene);
+    assert_eq!((filter.objects.courses.len(), filter.objects.on_paths.len()), (3, 1));
+    let mut scratch = Scratch::default();
+    let known = filter.judge(&scene, &candidate(8.0, 0.0, 0.0, 0), &mut scratch);
+    assert_eq!(known.failure, None);
+    let stranger = filter.judge(&scene, &candidate(30.0, 0.0, 0.0, 0), &mut scratch);
+    assert!(stranger.failure.is_some() && !stranger.feasible);
+    // What was announced is forgotten with the next cycle.
+    filter.observe(&scene);
+    assert_eq!(filter.objects.courses.len(), 9);
+    assert_eq!(filter.judge(&scene, &candidate(30.0, 0.0, 0.0, 0), &mut scratch).failure, None);
+}
+
 /// The scenes above would show nothing if hardly any of them had findings.
 #[test]
 fn most_scenes_have_findings() {
