@@ -11,6 +11,7 @@
 mod draft;
 mod file;
 pub mod generate;
+mod group;
 pub(crate) mod nearest;
 mod node;
 mod open_space;

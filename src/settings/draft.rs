@@ -7,9 +7,9 @@ use std::path::Path;
 use super::open_space::OpenSpaceSettings;
 use selection::parameters::{FilterClass, ValidatorParameters};
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
 
 use super::file::{self, Assignment, Target};
+use super::group::Group;
 use super::{
     Component, Location, ParameterDescriptor, ParameterKind, ParameterValue, Problem, ProblemKind, Settings,
     SettingsError, Source, Undeclared, Warning, parameter_table, table,
@@ -188,14 +188,13 @@ impl Draft {
     }
 
     /// The struct of a component from its values.
-    fn component<T: DeserializeOwned>(&self, component: Component) -> Result<T, Box<Problem>> {
-        let mut root = Map::new();
-        for (descriptor, value) in parameter_table().iter().zip(&self.values) {
-            if descriptor.component == component {
-                insert(&mut root, &descriptor.name, value.to_json());
-            }
+    fn component<T: DeserializeOwned + Default>(&self, component: Component) -> Result<T, Box<Problem>> {
+        let group = Group::of(component, &self.values);
+        // Most components of most loads: there are hundreds of parameters.
+        if group.is_as_shipped() {
+            return Ok(T::default());
         }
-        serde_json::from_value(Value::Object(root)).map_err(|error| {
+        T::deserialize(group).map_err(|error| {
             Box::new(Problem {
                 location: None,
                 key: Some(component.name().to_owned()),
@@ -223,20 +222,6 @@ impl Draft {
                 allowed: None,
                 nearest: None,
             });
-        }
-    }
-}
-
-fn insert(root: &mut Map<String, Value>, name: &str, value: Value) {
-    match name.split_once('.') {
-        None => {
-            root.insert(name.to_owned(), value);
-        }
-        Some((group, rest)) => {
-            let group = root.entry(group).or_insert_with(|| Value::Object(Map::new()));
-            if let Some(group) = group.as_object_mut() {
-                insert(group, rest, value);
-            }
         }
     }
 }

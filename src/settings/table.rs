@@ -10,7 +10,7 @@ use selection::parameters::{ConcatenatorParameters, RankerParameters, ValidatorP
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::nearest::nearest;
+use super::nearest::{Known, nearest, nearest_known};
 use super::problem::ProblemKind;
 use super::value::{ParameterKind, ParameterValue};
 use super::{NodeParameters, OpenSpaceSettings, SelectorParameters, VehicleInfoParameters};
@@ -288,6 +288,9 @@ static TABLE: LazyLock<Vec<ParameterDescriptor>> = LazyLock::new(|| {
 static BY_NAME: LazyLock<HashMap<&'static str, usize>> =
     LazyLock::new(|| TABLE.iter().enumerate().map(|(index, d)| (d.name.as_str(), index)).collect());
 
+static SPELLINGS: LazyLock<Vec<Known<'static>>> =
+    LazyLock::new(|| TABLE.iter().map(|descriptor| Known::new(&descriptor.name)).collect());
+
 /// Index of a parameter in the table. A group of values per class stands for its base value.
 pub(super) fn find(name: &str) -> Option<usize> {
     BY_NAME.get(name).or_else(|| BY_NAME.get(format!("{name}.base").as_str())).copied()
@@ -295,7 +298,7 @@ pub(super) fn find(name: &str) -> Option<usize> {
 
 /// The declared name spelled most alike.
 pub(super) fn nearest_name(wrong: &str) -> Option<String> {
-    nearest(wrong, TABLE.iter().map(|d| d.name.as_str())).map(str::to_owned)
+    nearest_known(wrong, &SPELLINGS).map(str::to_owned)
 }
 
 /// Names of the parameters directly or deeper in a group; empty when there is no such group.

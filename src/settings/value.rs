@@ -121,6 +121,17 @@ impl ParameterValue {
         }
     }
 
+    /// True for the same value to the last bit: zeros of different signs are not.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Double(a), Self::Double(b)) => a.to_bits() == b.to_bits(),
+            (Self::DoubleArray(a), Self::DoubleArray(b)) => {
+                a.iter().map(|a| a.to_bits()).eq(b.iter().map(|b| b.to_bits()))
+            }
+            _ => self == other,
+        }
+    }
+
     /// The JSON form the parameter structs are read from. Numbers must be finite: JSON holds no others.
     pub(super) fn to_json(&self) -> Value {
         match self {
