@@ -247,6 +247,45 @@ fn a_panic_while_observing_fails_every_judgement_of_the_cycle_and_the_next_cycle
     assert_eq!(accepted, [true, false, true]);
 }
 
+/// Panics when it is told for the second time which candidates will come.
+struct Startled;
+
+static TOLD: AtomicU64 = AtomicU64::new(0);
+
+impl Filter for Startled {
+    fn name(&self) -> &'static str {
+        "startled"
+    }
+
+    fn configure(&mut self, _: &ValidatorParameters) {}
+
+    fn announce(&mut self, candidates: &[Candidate]) {
+        assert_eq!(candidates.len(), 1);
+        assert!(TOLD.fetch_add(1, Ordering::Relaxed) != 1, "second cycle");
+    }
+
+    fn judge(&self, _: &Scene, _: &Candidate, _: &mut Scratch) -> Judgement {
+        Judgement::feasible([])
+    }
+}
+
+#[test]
+fn a_panic_over_announced_candidates_fails_every_judgement_of_the_cycle_and_the_next_cycle_is_normal() {
+    let mut validator = validator(&[]);
+    let make: Make = Arc::new(|_: &ValidatorParameters| Box::new(Startled) as Box<dyn Filter>);
+    validator.load("safety", Enforcement::Enforced, make);
+    let candidates = [candidate_of(straight(5, 5.0))];
+    let mut accepted = Vec::new();
+    for _ in 0..3 {
+        validator.announce(&candidates);
+        validator.observe(&scene());
+        let verdict = judge(&validator, &candidates[0]);
+        accepted.push(verdict.accepted);
+        validator.remember(&candidates, &[verdict]);
+    }
+    assert_eq!(accepted, [true, false, true]);
+}
+
 #[test]
 fn a_panic_while_remembering_starts_the_filter_anew() {
     let mut validator = validator(&[]);

@@ -123,7 +123,8 @@ impl ObjectDefect {
 }
 
 impl Objects {
-    /// Takes the objects of a message. Ways that none of the candidates can come near are left out. On an error the content is not to be used.
+    /// Takes the objects of a message. Ways that none of the candidates can come near are left out. On an error the
+    /// content is not to be used.
     pub(super) fn fill(
         &mut self,
         message: &PredictedObjects,
