@@ -1,7 +1,7 @@
 //! The ROS 2 door: the node in its graph.
 //!
 //! The modules `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they know
-//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `payload`, `qos`, `subscriptions`, `publications`,
+//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `middleware`, `waits`, `payload`, `qos`, `subscriptions`, `publications`,
 //! `services`, `rosout` and `events` are the network side; `node` puts both together.
 
 // A build for both would quietly be one for the newer.
@@ -16,6 +16,7 @@ pub mod environment;
 pub mod events;
 pub mod graph;
 pub mod logging;
+mod middleware;
 pub mod names;
 pub mod node;
 pub mod parameter_files;
@@ -26,4 +27,6 @@ pub mod qos;
 pub mod rosout;
 pub mod services;
 pub mod subscriptions;
+#[cfg(target_os = "linux")]
+mod waits;
 pub mod watcher;

@@ -5,6 +5,7 @@
 //! the form of the distribution that the program is built for, so that `ros2 node info` shows them. Leaving the graph
 //! is said, too: peers see the endpoints go at once instead of after a lease.
 
+use super::middleware::MiddlewareThreads;
 use super::payload::{Payload, PayloadAdapter};
 use super::qos::Qos;
 use futures::{Stream, StreamExt};
@@ -47,6 +48,15 @@ pub enum GraphError {
         topic: String,
         /// What the middleware says.
         reason: String,
+    },
+    /// The middleware no longer works.
+    #[error(
+        "the middleware's thread {thread:?} has ended, so that nothing is sent or received any more; \
+         see the log for its reason, and start the node again"
+    )]
+    Dead {
+        /// Its name, as far as the system keeps it.
+        thread: String,
     },
 }
 
@@ -160,6 +170,7 @@ pub struct Graph {
     node: NodeName,
     announcer: DataWriterCdr<ParticipantEntitiesInfo>,
     endpoints: BTreeMap<GUID, Endpoint>,
+    threads: MiddlewareThreads,
 }
 
 impl std::fmt::Debug for Graph {
@@ -185,7 +196,9 @@ impl Graph {
         if !options.interfaces.is_empty() {
             builder = builder.with_only_networks(options.interfaces.iter().copied());
         }
+        let others = MiddlewareThreads::now();
         let participant = builder.build().map_err(refuse)?;
+        let threads = MiddlewareThreads::since(&others);
         let publisher = participant.create_publisher(&Qos::reliable(1).for_writer()).map_err(refuse)?;
         let subscriber = participant.create_subscriber(&Qos::reliable(1).for_reader()).map_err(refuse)?;
         let discovery = participant
@@ -197,7 +210,8 @@ impl Graph {
             )
             .map_err(refuse)?;
         let announcer = publisher.create_datawriter_no_key_cdr(&discovery, None).map_err(refuse)?;
-        Ok(Self { participant, publisher, subscriber, node, announcer, endpoints: BTreeMap::new() })
+        let endpoints = BTreeMap::new();
+        Ok(Self { participant, publisher, subscriber, node, announcer, endpoints, threads })
     }
 
     /// Opens a subscription on a topic with an absolute name; `type_name` is `package/msg/Name`.
@@ -290,6 +304,14 @@ impl Graph {
         if let Err(error) = announced {
             tracing::warn!("the node cannot announce itself; tools may not list it: {error}");
         }
+    }
+
+    /// Looks whether the middleware still works.
+    ///
+    /// # Errors
+    /// It does not: nothing is sent any more, though it is taken, and nothing is received.
+    pub fn check(&self) -> Result<(), GraphError> {
+        self.threads.ended().map_or(Ok(()), |thread| Err(GraphError::Dead { thread: thread.to_owned() }))
     }
 
     /// All endpoints, by their identity on the wire.

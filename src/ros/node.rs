@@ -38,7 +38,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 use tokio::task::JoinSet;
 use tracing::{info, warn};
 
@@ -50,6 +50,8 @@ const PARAMETER_EVENTS_TOPIC: &str = "/parameter_events";
 const REPLY_PATIENCE: Duration = Duration::from_secs(1);
 /// How often it is looked for.
 const REPLY_INTERVAL: Duration = Duration::from_millis(5);
+/// How often it is looked whether the middleware still works.
+const MIDDLEWARE_INTERVAL: Duration = Duration::from_millis(500);
 /// Replies that wait at once; further ones are sent into the blue.
 const MAX_WAITING: usize = 64;
 
@@ -227,6 +229,8 @@ impl Node {
         let mut waiting = Vec::new();
         let error = {
             let mut requests = requests_of(&servers);
+            let mut look = tokio::time::interval(MIDDLEWARE_INTERVAL);
+            look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
             pin_mut!(end);
             loop {
                 tokio::select! {
@@ -239,6 +243,7 @@ impl Node {
                         }
                     }
                     () = tokio::time::sleep(REPLY_INTERVAL), if !waiting.is_empty() => {}
+                    _ = look.tick() => if let Err(dead) = self.graph.check() { break Some(dead.into()) },
                 }
                 self.reply(&servers, &mut waiting, &mut faults);
             }
@@ -377,7 +382,9 @@ impl Feeds {
             return;
         }
         let (runtime, mut ending) = (self.runtime.clone(), self.ending.subscribe());
+        let (alive, gone) = oneshot::channel::<()>();
         let thread = std::thread::Builder::new().name("map-inlet".to_owned()).spawn(move || {
+            let _alive = alive;
             runtime.block_on(async {
                 tokio::select! {
                     () = task => {}
@@ -390,6 +397,10 @@ impl Feeds {
             Ok(thread) => self.map_thread = Some(thread),
             Err(error) => warn!("no map will be received: {error}"),
         }
+        // The thread stands among the tasks: one that ends before its time ends the node.
+        self.spawn(async {
+            let _ = gone.await;
+        });
     }
 
     fn follow_clock(&mut self, reader: Reader, clock: Arc<RosClock>) {
@@ -485,5 +496,27 @@ pub(crate) fn interface_of(settings: &Settings) -> Interface {
     match settings.selector.autoware_interface {
         AutowareInterface::V0_52 => Interface::V0_52,
         AutowareInterface::V0_53 => Interface::V0_53,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[allow(clippy::panic, reason = "it is what is looked for")]
+    fn whatever_no_longer_brings_messages_is_noticed() {
+        let runtime =
+            tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_time().build().unwrap();
+        for topic in [InputTopic::Odometry, InputTopic::Map] {
+            let mut feeds = Feeds::new(runtime.handle().clone());
+            feeds.feed(std::future::pending(), topic);
+            assert!(feeds.one_ended().now_or_never().is_none(), "{topic:?}");
+            feeds.feed(async { panic!("of a test") }, topic);
+            let noticed = runtime
+                .block_on(async { tokio::time::timeout(Duration::from_secs(60), feeds.one_ended()).await });
+            assert!(noticed.is_ok(), "{topic:?}");
+            runtime.block_on(feeds.end());
+        }
     }
 }
