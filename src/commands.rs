@@ -29,7 +29,7 @@ use clap::{Args, Parser, Subcommand};
 use selector_actors::topics::NODE_NAME;
 use serde::Serialize;
 use std::fmt::Display;
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use tracing::level_filters::LevelFilter;
 
@@ -170,6 +170,8 @@ pub fn main() -> u8 {
             .with_ansi(std::io::stderr().is_terminal())
             .without_time()
             .with_target(false)
+            // It would panic where nobody reads stderr any more.
+            .log_internal_errors(false)
             .try_init();
     }
     let name = cli.command.name();
@@ -203,8 +205,7 @@ pub fn main() -> u8 {
 fn answer_failure(command: &'static str, failure: Failure, json: bool) -> u8 {
     tell(&failure);
     let common = Common::new(command, vec![failure], Vec::new());
-    print_json_if(json, &common);
-    common.exit_code
+    if json { print_json(&common, common.exit_code) } else { common.exit_code }
 }
 
 fn answer_explain(arguments: &explain::ExplainArguments, json: bool) -> u8 {
@@ -242,8 +243,8 @@ fn answer_top(arguments: &top::TopArguments, level: Option<LevelFilter>, json: b
     match top::run(arguments, level) {
         Ok(report) => {
             report.common.errors.iter().for_each(tell);
-            print_json_if(json, &report);
-            report.common.exit_code
+            let exit_code = report.common.exit_code;
+            if json { print_json(&report, exit_code) } else { exit_code }
         }
         Err(failure) => answer_failure("top", failure, json),
     }
@@ -252,11 +253,8 @@ fn answer_top(arguments: &top::TopArguments, level: Option<LevelFilter>, json: b
 /// A report with a summary of its own is the answer.
 fn answer_measured<R: Serialize + Display>(common: &Common, report: &R, json: bool) -> u8 {
     common.warnings.iter().chain(&common.errors).for_each(tell);
-    print_json_if(json, report);
-    if !json {
-        print(&report.to_string());
-    }
-    common.exit_code
+    let exit_code = common.exit_code;
+    if json { print_json(report, exit_code) } else { print(&report.to_string(), exit_code) }
 }
 
 fn answer_park(arguments: &park::ParkArguments, json: bool) -> u8 {
@@ -283,11 +281,10 @@ fn answer_report<R: Serialize + Display>(
 fn answer<R: Serialize + Display>(common: Common, report: &R, json: bool) -> u8 {
     let exit_code = common.exit_code;
     if json {
-        print_json_if(true, &Answer { common, report });
+        print_json(&Answer { common, report }, exit_code)
     } else {
-        print(&report.to_string());
+        print(&report.to_string(), exit_code)
     }
-    exit_code
 }
 
 /// Help and version are answers, everything else is wrong usage.
@@ -299,20 +296,19 @@ fn answer_usage(usage: &clap::Error, wants_json: bool) -> u8 {
         return 0;
     }
     let common = Common::new("", vec![failure], Vec::new());
-    print_json_if(wants_json, &common);
-    common.exit_code
+    if wants_json { print_json(&common, common.exit_code) } else { common.exit_code }
 }
 
 fn answer_run(summary: &RunSummary, json: bool) -> u8 {
     summary.common.warnings.iter().chain(&summary.common.errors).for_each(tell);
-    print_json_if(json, summary);
-    if !json {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        let _ = table::write(summary, &mut text);
-        print(&text);
+    let exit_code = summary.common.exit_code;
+    if json {
+        return print_json(summary, exit_code);
     }
-    summary.common.exit_code
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = table::write(summary, &mut text);
+    print(&text, exit_code)
 }
 
 fn answer_check(arguments: &CheckArguments, json: bool) -> u8 {
@@ -402,17 +398,26 @@ fn tell(failure: &Failure) {
     let _ = writeln!(std::io::stderr(), "{failure}");
 }
 
-fn print_json_if(json: bool, value: &impl Serialize) {
-    if !json {
-        return;
-    }
+/// Prints the answer; gives the exit code, which is another if that fails.
+fn print_json(value: &impl Serialize, exit_code: u8) -> u8 {
     match serde_json::to_string_pretty(value) {
-        Ok(text) => print(&format!("{text}\n")),
-        Err(error) => eprintln!("error: the result cannot be written as JSON: {error}"),
+        Ok(text) => print(&format!("{text}\n"), exit_code),
+        Err(error) => not_printed(&error, exit_code),
     }
 }
 
-/// A reader that has enough (a pipe into `head`) is no failure.
-fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+/// The same of a text. A reader that has enough (a pipe into `head`) is no failure, a full disk is.
+fn print(text: &str, exit_code: u8) -> u8 {
+    let mut stdout = std::io::stdout();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => not_printed(&error, exit_code),
+        _ => exit_code,
+    }
+}
+
+/// An answer that nobody gets is a failure, unless there was one that says more.
+fn not_printed(error: &dyn Display, exit_code: u8) -> u8 {
+    let failure = Failure::output(format!("the result cannot be written to stdout: {error}"));
+    tell(&failure);
+    if exit_code == 0 { failure.exit_code } else { exit_code }
 }

@@ -12,8 +12,9 @@ use messages::{Interface, Message};
 use program::{number, run};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use trajectory_selector::bag;
 
 /// Runs the demo with files limited to so many blocks of 512 bytes.
@@ -81,4 +82,31 @@ fn with_room_again_the_next_run_is_as_ever() {
     assert!(
         number(&outcome.json, &["output", "messages", "/trajectory_selector_node/output/trajectories"]) > 150
     );
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_answer_that_cannot_be_written_is_a_failure_and_nobody_reading_it_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let sound = folder.path().join("sound.yaml");
+    std::fs::write(&sound, "/**:\n  ros__parameters: {}\n").unwrap();
+    let missing = folder.path().join("missing.yaml");
+    let check = |file: &Path, json: bool, stdout: Stdio, stderr: Stdio| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_trajectory-selector"));
+        program.arg("check").arg(file).args(json.then_some("--json")).stdout(stdout).stderr(stderr);
+        let outcome = program.spawn().unwrap().wait_with_output().unwrap();
+        (outcome.status.code().unwrap(), String::from_utf8(outcome.stderr).unwrap())
+    };
+    let full = || Stdio::from(File::options().write(true).open("/dev/full").unwrap());
+    // A pipe whose reader is gone.
+    let nobody = || Stdio::from(std::io::pipe().unwrap().1);
+    for json in [false, true] {
+        let (exit_code, told) = check(&sound, json, full(), Stdio::piped());
+        assert_eq!(exit_code, 1, "{told}");
+        assert!(told.contains("cannot be written to stdout: No space left"), "{told}");
+        // What failed before says more, and nobody has to hear it.
+        assert_eq!(check(&missing, json, full(), full()).0, 2);
+        assert_eq!(check(&missing, json, nobody(), nobody()).0, 2);
+        assert_eq!(check(&sound, json, nobody(), Stdio::piped()), (0, String::new()));
+    }
 }

@@ -16,7 +16,7 @@ use selection::concatenator::MAX_GENERATORS;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -350,7 +350,11 @@ fn tell_probe(probe: &Probe) {
     let Probe { candidates, held, missed, p50_us, max_us } = probe;
     let (p50_ms, max_ms) = (p50_us / 1e3, max_us / 1e3);
     let verdict = if *held { "held".to_owned() } else { format!("{missed} cycles missed the deadline") };
-    eprintln!("{candidates:>7} candidates: p50 {p50_ms:.1} ms, longest {max_ms:.1} ms, {verdict}");
+    // With nobody left to read it, nothing can be done.
+    let _ = writeln!(
+        std::io::stderr(),
+        "{candidates:>7} candidates: p50 {p50_ms:.1} ms, longest {max_ms:.1} ms, {verdict}"
+    );
 }
 
 impl fmt::Display for StressReport {
