@@ -14,8 +14,9 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Longer than anything here takes on a busy machine: discovery, repair of lost packets, starting Python.
@@ -257,6 +258,38 @@ impl Drop for Peer {
         // It may be gone already.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+/// Measures for how long this machine stands still: for how long this process does nothing that should do something
+/// every few milliseconds.
+#[derive(Debug)]
+pub(crate) struct Stillness {
+    /// Closed when it has been looked at for long enough.
+    watched: Sender<()>,
+    watcher: JoinHandle<Duration>,
+}
+
+impl Stillness {
+    pub(crate) fn watch() -> Self {
+        const STEP: Duration = Duration::from_millis(5);
+        let (watched, end) = channel();
+        let watcher = std::thread::spawn(move || {
+            let mut longest = Duration::ZERO;
+            let mut last = Instant::now();
+            while end.recv_timeout(STEP) == Err(RecvTimeoutError::Timeout) {
+                longest = longest.max(last.elapsed().saturating_sub(STEP));
+                last = Instant::now();
+            }
+            longest
+        });
+        Self { watched, watcher }
+    }
+
+    /// The longest time since then.
+    pub(crate) fn longest(self) -> Duration {
+        drop(self.watched);
+        self.watcher.join().unwrap()
     }
 }
 
