@@ -1,7 +1,7 @@
 //! The ROS 2 door: the node in its graph.
 //!
 //! The modules `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they know
-//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `middleware`, `waits`, `payload`, `qos`, `subscriptions`, `publications`,
+//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `middleware`, `waits`, `estranged`, `payload`, `qos`, `subscriptions`, `publications`,
 //! `services`, `rosout` and `events` are the network side; `node` puts both together.
 
 // A build for both would quietly be one for the newer.
@@ -13,6 +13,7 @@ compile_error!("a build is for one release of ROS 2: choose the feature `jazzy` 
 pub mod arguments;
 pub mod encoder;
 pub mod environment;
+pub mod estranged;
 pub mod events;
 pub mod graph;
 pub mod logging;

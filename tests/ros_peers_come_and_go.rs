@@ -22,6 +22,9 @@ use std::net::UdpSocket;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+/// The lease of the peers is ten seconds.
+const LONGER_THAN_A_LEASE: Duration = Duration::from_secs(13);
+
 fn topic(topic: InputTopic) -> (String, &'static str) {
     (topic.full_name(), topic.type_name())
 }
@@ -151,8 +154,18 @@ fn a_node_that_was_suspended_hears_and_answers_again() {
         }
         // Who comes later is found, too.
         Planner::join(lab).cycle(4);
+        // For longer than a lease of the peer, which is then taken for gone, or not: that is a race.
+        node.signal("STOP");
+        std::thread::sleep(LONGER_THAN_A_LEASE);
+        node.signal("CONT");
+        let took = planner.cycle(5);
         let stopped = node.stop("INT");
         assert_eq!(stopped.status.code(), Some(0), "{:?}", stopped.log);
+        let anew = stopped.log.iter().filter(|line| line.contains("joins the graph anew")).count();
+        eprintln!("back after {took:.2?}, joined {anew} times anew");
+        assert!(stopped.json["cycles"]["anchor"].as_u64().unwrap() >= 5, "{}", stopped.json["cycles"]);
+        let anchors = &stopped.json["messages"][topic(InputTopic::Generative).0];
+        assert!(anchors["received"].as_u64().unwrap() >= 5, "{anchors}");
     });
 }
 

@@ -155,7 +155,7 @@ impl From<NodeError> for Failure {
             NodeError::Vehicle(error) => error.into(),
             NodeError::Filter(error) => error.into(),
             NodeError::System(error) => error.into(),
-            NodeError::Dead => Self::internal(error.to_string()),
+            NodeError::Dead | NodeError::Estranged { .. } => Self::internal(error.to_string()),
         }
     }
 }

@@ -4,10 +4,11 @@ use super::{Failure, summarise};
 use crate::report::summary::{Input, Received, RunResult, RunSummary};
 use crate::ros::arguments::{LogLevel, RosArguments};
 use crate::ros::environment::{Discovery, Environment, ServiceMapping};
+use crate::ros::estranged::Estranged;
 use crate::ros::graph::GraphOptions;
 use crate::ros::logging::{Levels, RosLog, Severity, rosout_queue};
 use crate::ros::names::Names;
-use crate::ros::node::{Ended, Node, Start};
+use crate::ros::node::{Ended, Node, NodeError, Start};
 use crate::ros::parameter_files;
 use crate::session;
 use clap::{Args, ValueEnum};
@@ -19,6 +20,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, PoisonError};
 use std::time::Instant;
+use tokio::runtime::Runtime;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tracing::level_filters::LevelFilter;
 use tracing::{Level, debug, info, warn};
@@ -60,7 +62,8 @@ pub fn run(arguments: &NodeArguments, ros: &RosArguments, cli: &Output) -> Resul
     let started = Instant::now();
     let names = Names::new(NODE_NAME, "", &ros.remaps)?;
     let environment = Environment::read(|name| std::env::var_os(name))?;
-    let rosout = log(&names, &environment, ros, cli)?;
+    let estranged = Estranged::default();
+    let rosout = log(&names, &environment, ros, cli, &estranged)?;
     let parameters = parameter_files::load(&names, &ros.parameters)?;
     ros.ignored.iter().for_each(|argument| debug!("{argument} has no effect here"));
     parameters
@@ -91,12 +94,41 @@ pub fn run(arguments: &NodeArguments, ros: &RosArguments, cli: &Output) -> Resul
         threads,
         names: names.clone(),
         rosout,
+        statistics: Arc::default(),
+        estranged,
     };
-    let signals = runtime.block_on(async { Signals::listen() })?;
-    let node = Node::start(start, runtime.handle())?;
-    let ended = runtime.block_on(node.run(signals.first()));
+    let ran = stay_in_graph(start, &runtime)?;
     info!("{} has left the graph", names.fully_qualified());
-    summary(&names, &settings, threads, &ended, started)
+    summary(&names, &settings, threads, ran, started)
+}
+
+/// What a node has done in all.
+struct Ran {
+    /// Its last time in the graph, with the statistics of all.
+    last: Ended,
+    messages: BTreeMap<String, Received>,
+    coalesced: u64,
+}
+
+/// Runs the node until it is told to stop, or cannot go on. One that has lost living peers joins the graph anew, with the
+/// parameters that it had.
+fn stay_in_graph(mut start: Start, runtime: &Runtime) -> Result<Ran, Failure> {
+    let signals = runtime.block_on(async { Signals::listen() })?;
+    let mut end = Box::pin(signals.first());
+    let (mut messages, mut coalesced) = (BTreeMap::<String, Received>::new(), 0);
+    loop {
+        let node = Node::start(start.clone(), runtime.handle())?;
+        let last = runtime.block_on(node.run(&mut end));
+        for (topic, more) in received(&last.tally) {
+            messages.entry(topic).or_default().add(&more);
+        }
+        coalesced += last.coalesced;
+        let Some(error @ NodeError::Estranged { .. }) = &last.error else {
+            return Ok(Ran { last, messages, coalesced });
+        };
+        warn!("{error}; the node joins the graph anew");
+        start.settings = last.settings;
+    }
 }
 
 /// What the program's own arguments say about its output.
@@ -114,6 +146,7 @@ fn log(
     environment: &Environment,
     ros: &RosArguments,
     output: &Output,
+    estranged: &Estranged,
 ) -> Result<Option<Receiver<Log>>, Failure> {
     let own = output.level.and_then(severity).map(|level| LogLevel { logger: None, level: Some(level) });
     let levels: Vec<LogLevel> = own.into_iter().chain(ros.log_levels.iter().cloned()).collect();
@@ -123,7 +156,7 @@ fn log(
     let (sender, receiver) = rosout_queue();
     let to_rosout = ros.rosout_logs.unwrap_or(true);
     RosLog::new(&names.logger(), Levels::new(&levels), console, to_rosout.then_some(sender))
-        .install()
+        .install(estranged)
         .map_err(|error| Failure::internal(error.to_string()))?;
     Ok(to_rosout.then_some(receiver))
 }
@@ -202,20 +235,21 @@ fn summary(
     names: &Names,
     settings: &crate::settings::Settings,
     threads: usize,
-    ended: &Ended,
+    ran: Ran,
     started: Instant,
 ) -> Result<RunSummary, Failure> {
-    let statistics = std::mem::take(&mut *ended.statistics.lock().unwrap_or_else(PoisonError::into_inner));
+    let Ran { last, messages, coalesced } = ran;
+    let statistics = std::mem::take(&mut *last.statistics.lock().unwrap_or_else(PoisonError::into_inner));
     let result = RunResult {
         input: Input { name: names.fully_qualified().to_owned(), seed: None },
         interface: crate::ros::node::interface_of(settings).name(),
         statistics,
-        messages: received(&ended.tally),
-        coalesced: ended.coalesced,
+        messages,
+        coalesced,
         output: None,
         wall: started.elapsed(),
     };
-    let errors = ended.error.iter().map(|error| Failure::internal(error.to_string())).collect();
+    let errors = last.error.iter().map(|error| Failure::internal(error.to_string())).collect();
     let ended = session::Ended { result, watched: None, page: None, errors, warnings: Vec::new() };
     summarise("node", ended, Vec::new(), settings, threads, None)
 }

@@ -67,6 +67,16 @@ pub struct Received {
     pub dropped: BTreeMap<&'static str, u64>,
 }
 
+impl Received {
+    /// Counts more of the same topic.
+    pub fn add(&mut self, more: &Self) {
+        self.received += more.received;
+        for (&reason, count) in &more.dropped {
+            *self.dropped.entry(reason).or_default() += count;
+        }
+    }
+}
+
 /// Candidates of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Candidates {

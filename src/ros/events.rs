@@ -3,6 +3,7 @@
 //! A peer that does not fit is the commonest reason why a graph stays silent, and the middleware is silent about it.
 //! Here each such peer is one warning, with the topic, the peer, and what to change.
 
+use super::estranged::Estranged;
 use super::graph::{Endpoint, participant_of};
 use super::publications::Listeners;
 use super::qos;
@@ -30,6 +31,7 @@ pub async fn watch(
     endpoints: BTreeMap<GUID, Endpoint>,
     listeners: Listeners,
     tally: Arc<Tally>,
+    estranged: Estranged,
 ) {
     let own = participant_of(&participant.guid());
     let listener = participant.status_listener();
@@ -39,6 +41,7 @@ pub async fn watch(
     let events = listener.as_async_status_stream();
     pin_mut!(events);
     while let Some(event) = events.next().await {
+        estranged.take(&event, |reader| watcher.is_input(reader), Instant::now());
         watcher.take(event);
     }
 }
@@ -54,6 +57,11 @@ struct Watcher {
 }
 
 impl Watcher {
+    /// True for readers of topics; those of services hear only questions.
+    fn is_input(&self, reader: GUID) -> bool {
+        self.endpoints.get(&reader).is_some_and(|own| own.type_name.contains("::msg::"))
+    }
+
     fn take(&mut self, event: DomainParticipantStatusEvent) {
         match event {
             DomainParticipantStatusEvent::RemoteReaderMatched { local_writer, remote_reader } => {

@@ -28,6 +28,7 @@ use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::registry::Registry;
 
 use super::environment::Console;
+use super::estranged::Estranged;
 use throttle::{Throttle, Verdict};
 
 /// Lines that wait for `/rosout`.
@@ -179,15 +180,17 @@ impl RosLog {
         }))
     }
 
-    /// Takes in all log lines of the process from now on.
+    /// Takes in all log lines of the process from now on. What the middleware says of lost peers is overheard, whether it
+    /// is shown or not.
     ///
     /// # Errors
     /// The process has a place for its log lines already.
-    pub fn install(&self) -> Result<(), AlreadyInstalled> {
+    pub fn install(&self, estranged: &Estranged) -> Result<(), AlreadyInstalled> {
         tracing::subscriber::set_global_default(Registry::default().with(self.clone()))
             .map_err(|_| AlreadyInstalled)?;
-        log::set_boxed_logger(Box::new(self.clone())).map_err(|_| AlreadyInstalled)?;
-        log::set_max_level(self.0.levels.most_verbose());
+        let ear = Ear { log: self.clone(), estranged: estranged.clone() };
+        log::set_boxed_logger(Box::new(ear)).map_err(|_| AlreadyInstalled)?;
+        log::set_max_level(self.0.levels.most_verbose().max(log::LevelFilter::Info));
         Ok(())
     }
 
@@ -358,6 +361,25 @@ impl log::Log for RosLog {
             line: record.line().unwrap_or_default(),
         };
         self.show(&line, self.elapsed(), || record.args().to_string());
+    }
+
+    fn flush(&self) {}
+}
+
+/// Overhears what the middleware says.
+struct Ear {
+    log: RosLog,
+    estranged: Estranged,
+}
+
+impl log::Log for Ear {
+    fn enabled(&self, metadata: &log::Metadata<'_>) -> bool {
+        log::Log::enabled(&self.log, metadata)
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        self.estranged.overhear(record, Instant::now());
+        log::Log::log(&self.log, record);
     }
 
     fn flush(&self) {}

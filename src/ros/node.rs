@@ -4,6 +4,7 @@
 //! own. Everything else - services, changes of parameters, the end - happens in [`Node::run`], one thing after another.
 
 use super::environment::ServiceMapping;
+use super::estranged::Estranged;
 use super::events;
 use super::graph::{Graph, GraphError, GraphOptions, Reader, Writer, participant_of};
 use super::names::Names;
@@ -52,11 +53,13 @@ const REPLY_PATIENCE: Duration = Duration::from_secs(1);
 const REPLY_INTERVAL: Duration = Duration::from_millis(5);
 /// How often it is looked whether the middleware still works.
 const MIDDLEWARE_INTERVAL: Duration = Duration::from_millis(500);
+/// A node that has joined the graph stays for so long, whoever is not heard.
+const SHORTEST_STAY: Duration = Duration::from_secs(15);
 /// Replies that wait at once; further ones are sent into the blue.
 const MAX_WAITING: usize = 64;
 
-/// Everything that a node is started with.
-#[derive(Debug)]
+/// Everything that a node is started with, and started anew.
+#[derive(Debug, Clone)]
 pub struct Start {
     /// Its names.
     pub names: Names,
@@ -70,6 +73,10 @@ pub struct Start {
     pub threads: usize,
     /// Log lines for `/rosout`, if they are to go there.
     pub rosout: Option<Receiver<Log>>,
+    /// Counts and latencies; those that are there already stay.
+    pub statistics: Arc<Mutex<Statistics>>,
+    /// Peers that were lost and live, as far as the log is overheard.
+    pub estranged: Estranged,
 }
 
 /// Why a node cannot start or cannot go on.
@@ -90,6 +97,12 @@ pub enum NodeError {
     /// Inputs are no longer taken in.
     #[error("the selector no longer takes messages; see the log for a panic")]
     Dead,
+    /// Joining anew helps.
+    #[error("{peer} lives and is not heard any more, as it was silent for too long")]
+    Estranged {
+        /// Number of the peer's participant.
+        peer: String,
+    },
 }
 
 /// What a node has done when it ends.
@@ -101,6 +114,8 @@ pub struct Ended {
     pub tally: Arc<Tally>,
     /// Triggers merged into a later cycle.
     pub coalesced: u64,
+    /// Its parameters at the end.
+    pub settings: Arc<Settings>,
     /// What ended it, if not whoever was asked to.
     pub error: Option<NodeError>,
 }
@@ -116,6 +131,7 @@ pub struct Node {
     clock: Arc<RosClock>,
     statistics: Arc<Mutex<Statistics>>,
     listeners: Listeners,
+    estranged: Estranged,
     rosout: Option<Rosout>,
     graph: Graph,
 }
@@ -139,7 +155,8 @@ impl Node {
     /// # Errors
     /// The network, a name or a parameter cannot be used; nothing is left running.
     pub fn start(start: Start, runtime: &Handle) -> Result<Self, NodeError> {
-        let Start { names, settings, graph, mapping, threads, rosout } = start;
+        let Start { names, settings, graph, mapping, threads, rosout, statistics, estranged } = start;
+        estranged.clear();
         let vehicle = vehicle_of(&settings)?;
         let validator = Validator::new(settings.validator.clone(), &vehicle)?;
         let ranker = Ranker::new(settings.ranker.clone(), settings.selector.sources());
@@ -153,8 +170,8 @@ impl Node {
         let mut topics = OutputTopic::all(interface, &filters);
         topics.extend(provider.is_some().then_some(OutputTopic::OpenSpaceTrajectory));
         let markers = Markers::new(Validator::new(settings.validator.clone(), &vehicle)?);
-        let sink = GraphSink::advertise(&mut graph, &names, &topics, markers, interface, listeners.clone())?;
-        let statistics = sink.statistics();
+        let (seen, counts) = (listeners.clone(), statistics.clone());
+        let sink = GraphSink::advertise(&mut graph, &names, &topics, markers, interface, seen, counts)?;
         let events = graph.advertise(PARAMETER_EVENTS_TOPIC, ParameterEvent::TYPE_NAME, Qos::PARAMETERS)?;
         let rosout = match rosout {
             Some(lines) => {
@@ -192,6 +209,7 @@ impl Node {
             graph.endpoints().clone(),
             listeners.clone(),
             system.inlets().tally().clone(),
+            estranged.clone(),
         );
         feeds.spawn(async move {
             watch.await;
@@ -200,8 +218,19 @@ impl Node {
             feeds.feed(subscriptions::feed(reader, topic, interface, system.inlets().clone()), topic);
         }
         let store = ParameterStore::new(names.fully_qualified(), settings);
-        let mut node =
-            Self { feeds, system, servers, events, store, clock, statistics, listeners, rosout, graph };
+        let mut node = Self {
+            feeds,
+            system,
+            servers,
+            events,
+            store,
+            clock,
+            statistics,
+            listeners,
+            estranged,
+            rosout,
+            graph,
+        };
         if node.clock.is_simulated() {
             node.follow_clock()?;
         }
@@ -229,6 +258,7 @@ impl Node {
         let mut waiting = Vec::new();
         let error = {
             let mut requests = requests_of(&servers);
+            let joined = Instant::now();
             let mut look = tokio::time::interval(MIDDLEWARE_INTERVAL);
             look.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
             pin_mut!(end);
@@ -243,7 +273,7 @@ impl Node {
                         }
                     }
                     () = tokio::time::sleep(REPLY_INTERVAL), if !waiting.is_empty() => {}
-                    _ = look.tick() => if let Err(dead) = self.graph.check() { break Some(dead.into()) },
+                    _ = look.tick() => if let Err(error) = self.look_after_graph(joined) { break Some(error) },
                 }
                 self.reply(&servers, &mut waiting, &mut faults);
             }
@@ -252,8 +282,17 @@ impl Node {
         self.leave(error).await
     }
 
+    /// Whether the middleware works, and hears whoever is there.
+    fn look_after_graph(&self, joined: Instant) -> Result<(), NodeError> {
+        self.graph.check()?;
+        if joined.elapsed() < SHORTEST_STAY {
+            return Ok(());
+        }
+        self.estranged.any(Instant::now()).map_or(Ok(()), |peer| Err(NodeError::Estranged { peer }))
+    }
+
     async fn leave(self, error: Option<NodeError>) -> Ended {
-        let Self { feeds, system, events, statistics, rosout, graph, .. } = self;
+        let Self { feeds, system, events, store, statistics, rosout, graph, .. } = self;
         feeds.end().await;
         let tally = system.inlets().tally().clone();
         let (coalesced, error) = match system.stop() {
@@ -269,7 +308,7 @@ impl Node {
             rosout.end();
         }
         drop(graph);
-        Ended { statistics, tally, coalesced, error }
+        Ended { statistics, tally, coalesced, settings: store.settings().clone(), error }
     }
 
     fn serve(&mut self, server: &Server, request: Request, faults: &mut Throttle) -> Option<Reply> {

@@ -80,7 +80,7 @@ impl std::fmt::Debug for GraphSink {
 }
 
 impl GraphSink {
-    /// Advertises the topics under their remapped names.
+    /// Advertises the topics under their remapped names. Counts and latencies go to the statistics.
     ///
     /// # Errors
     /// A topic cannot be advertised.
@@ -91,6 +91,7 @@ impl GraphSink {
         markers: Markers,
         interface: Interface,
         listeners: Listeners,
+        statistics: Arc<Mutex<Statistics>>,
     ) -> Result<Self, GraphError> {
         let mut writers = BTreeMap::new();
         for &topic in topics {
@@ -102,15 +103,8 @@ impl GraphSink {
             let name = names.topic(&topic.ros_name())?;
             drawings.push((topic, graph.advertise(&name, MarkerTopic::type_name(), Qos::reliable(1))?));
         }
-        let (statistics, sending) = (Arc::default(), Duration::ZERO);
-        let encoder = Encoder::new(interface);
+        let (encoder, sending) = (Encoder::new(interface), Duration::ZERO);
         Ok(Self { writers, markers, drawings, encoder, listeners, statistics, sending })
-    }
-
-    /// Counts and latencies so far; shared with whoever reports them.
-    #[must_use]
-    pub fn statistics(&self) -> Arc<Mutex<Statistics>> {
-        self.statistics.clone()
     }
 }
 

@@ -14,6 +14,7 @@ use crate::commands::node::received;
 use crate::report::summary::{Input as InputSummary, RunResult};
 use crate::report::usage;
 use crate::ros::environment::{Environment, ServiceMapping};
+use crate::ros::estranged::Estranged;
 use crate::ros::graph::{Graph, GraphOptions, Reader, Writer};
 use crate::ros::names::Names;
 use crate::ros::node::{Node, Start};
@@ -84,6 +85,8 @@ impl Stress {
             threads: self.threads,
             names: names.clone(),
             rosout: None,
+            statistics: Arc::default(),
+            estranged: Estranged::default(),
         };
         let node = Node::start(start, of_node.handle())?;
         let statistics = node.statistics();
