@@ -11,7 +11,7 @@ use std::ops::Range;
 pub(super) struct WindowColumns {
     boxes: Vec<Bounds>,
     groups: Vec<Bounds>,
-    /// Boxes around the slices from each one to the end of its block.
+    /// Boxes around the slices from each one of a block to its end.
     to_block_end: Vec<Bounds>,
 }
 
@@ -47,28 +47,26 @@ impl WindowColumns {
         let Self { boxes, groups, to_block_end } = self;
         let (first_box, first_group) = (boxes.len(), groups.len());
         let length = before + after + 1;
-        to_block_end.clear();
-        to_block_end.extend_from_slice(slices);
-        for at in (1..slices.len()).rev().filter(|at| !at.is_multiple_of(length)) {
-            to_block_end[at - 1] = to_block_end[at - 1].joined(&to_block_end[at]);
-        }
-        // From the beginning of the block that holds the last slice of the window.
-        let mut from_block_start = Bounds::around_all(&slices[..after.min(slices.len())]);
-        for tick in 0..slices.len() + before {
-            if let Some(entering) = slices.get(tick + after) {
-                let begins_block = (tick + after).is_multiple_of(length);
-                from_block_start = if begins_block { *entering } else { from_block_start.joined(entering) };
+        // Windows that begin with the first slice, before they are full.
+        let mut around = Bounds::around_all(&slices[..after.min(slices.len())]);
+        boxes.extend((after..after + before).map(|last| {
+            around = slices.get(last).map_or(around, |entering| around.joined(entering));
+            around
+        }));
+        for (number, block) in slices.chunks(length).enumerate() {
+            to_block_end.clear();
+            to_block_end.extend_from_slice(block);
+            for at in (1..block.len()).rev() {
+                to_block_end[at - 1] = to_block_end[at - 1].joined(&to_block_end[at]);
             }
-            let first = tick.saturating_sub(before);
-            // A window inside one block, at either end of the slices, has only one part.
-            let last = (tick + after).min(slices.len() - 1);
-            boxes.push(if first / length < last / length {
-                to_block_end[first].joined(&from_block_start)
-            } else if first.is_multiple_of(length) {
-                from_block_start
-            } else {
-                to_block_end[first]
-            });
+            // The windows that begin in the block; each next one reaches one slice further into the block after it.
+            let mut entering = slices.get((number + 1) * length..).unwrap_or_default().iter();
+            let mut beyond = Bounds::EMPTY;
+            boxes.extend(to_block_end.iter().map(|to_end| {
+                let window = to_end.joined(&beyond);
+                beyond = entering.next().map_or(beyond, |slice| beyond.joined(slice));
+                window
+            }));
         }
         groups.extend(boxes[first_box..].chunks(GROUP).map(Bounds::around_all));
         WindowPlaces { boxes: first_box..boxes.len(), groups: first_group..groups.len() }
