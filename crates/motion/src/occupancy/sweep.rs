@@ -394,7 +394,7 @@ mod tests {
             }
         }
 
-        /// The box around what an outline covers holds that around what a part of it covers, but for what is rounded.
+        /// The boxes around what an outline covers hold those around what a part of it covers, but for what is rounded.
         #[test]
         fn a_part_of_an_outline_covers_no_more(
             (front, rear, left, right) in (0.5..5.0_f64, 0.5..2.0_f64, 0.5..1.5_f64, 0.5..1.5_f64),
@@ -418,6 +418,16 @@ mod tests {
             for (part, whole) in swept.bounds().iter().zip(of_whole.bounds()) {
                 let whole = whole.grown(1e-6 + 1e-9 * far);
                 prop_assert!(whole.holds(part.min) && whole.holds(part.max));
+            }
+            for at in 0..swept.len() {
+                let (part, whole) = (swept.bounding_box(at), of_whole.bounding_box(at));
+                let rounding_m = 1e-6 + 1e-9 * far;
+                prop_assert_eq!(part.axis, whole.axis);
+                for corner in part.corners() {
+                    let from_middle = corner - whole.center;
+                    prop_assert!(whole.axis.dot(&from_middle).abs() <= whole.half_length_m + rounding_m);
+                    prop_assert!(whole.axis.perp(&from_middle).abs() <= whole.half_width_m + rounding_m);
+                }
             }
             let around = swept.bounds()[0].grown(10.0);
             let near: Vec<usize> = swept.near(&around).collect();

@@ -30,10 +30,10 @@ pub use findings::{CollisionCause, CollisionMemo};
 use self::drac::{DracBuffers, Evaluation, Outcome, Situation, Turn};
 use self::findings::{Finding, Findings, Known, first_contact, judgement};
 use self::motions::EgoMotions;
-use self::objects::{Course, Object, Objects, near_of};
+use self::objects::{Course, Object, Objects};
 use self::passage::Hit;
 pub(crate) use self::priority::PriorityMap;
-use self::reach::Reach;
+use self::reach::{Reach, near_of, turned_near_of};
 use self::settings::Settings;
 use self::stop_tracker::StopTracker;
 use super::{Fill, Filter, Scratch};
@@ -349,10 +349,7 @@ impl CollisionCheckFilter {
         if cycle.speed_mps <= 0.0 || self.objects.on_paths.is_empty() {
             return;
         }
-        work.ego.plan_sweep(&self.settings, self.settings.rss_cover);
-        self.sweep_tail(work);
-        let planned = work.ego.planned_sweep(self.settings.rss_cover).groups();
-        let bounds = Bounds::around_all(planned).joined(&Bounds::around_all(work.rss_tail.groups()));
+        let bounds = self.sweep_path(work);
         for &place in &self.objects.on_paths {
             let object = &self.objects.objects[place];
             let Some(touch) = self.first_touch(place, object, &bounds, work) else { continue };
@@ -375,6 +372,14 @@ impl CollisionCheckFilter {
         }
     }
 
+    /// Sweeps the path, and gives the box around it.
+    fn sweep_path(&self, work: &mut Workspace) -> Bounds {
+        work.ego.plan_sweep(&self.settings, self.settings.rss_cover);
+        self.sweep_tail(work);
+        let planned = work.ego.planned_sweep(self.settings.rss_cover).groups();
+        Bounds::around_all(planned).joined(&Bounds::around_all(work.rss_tail.groups()))
+    }
+
     /// Sweeps the path from point to point where the samples end before the candidate does.
     fn sweep_tail(&self, work: &mut Workspace) {
         work.rss_tail.clear();
@@ -393,8 +398,9 @@ impl CollisionCheckFilter {
     /// Where the path first touches an object where that is now: at the first sample, between two samples, or behind
     /// them between two points of the candidate.
     ///
-    /// The outline lies in the covering one, so what it covers between two samples lies in the box around what that one
-    /// covers, but for what is rounded: only samples whose box comes near the object are swept and looked at.
+    /// The outline lies in the covering one, so what it covers between two samples lies in the boxes around what that
+    /// one covers, but for what is rounded: only samples whose boxes, along the map axes and at an angle, come near the
+    /// object are swept and looked at.
     fn first_touch(
         &self,
         place: usize,
@@ -416,7 +422,9 @@ impl CollisionCheckFilter {
             time_s: step as f64 * self.settings.resolution_s,
             place: planned.poses[step],
         };
-        for step in ego.planned_sweep(self.settings.rss_cover).near(&around) {
+        let (cover, turned) =
+            (ego.planned_sweep(self.settings.rss_cover), turned_near_of(standing, place, bounds));
+        for step in cover.near(&around).filter(|&step| cover.bounding_box(step).overlaps(&turned)) {
             if step == 0 {
                 rss_slice.clear();
                 rss_slice.push(outline, planned.poses[0], planned.poses[0], &Deviation::default());
@@ -439,7 +447,7 @@ impl CollisionCheckFilter {
 }
 
 /// Where a path first touches an object.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Touch {
     distance_m: f64,
     time_s: f64,

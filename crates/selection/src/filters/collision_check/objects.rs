@@ -1,6 +1,6 @@
 //! What all candidates share: the objects, and what each of them covers over time on each course it may take.
 
-use super::reach::{Reach, bounds_around, bounds_of_way};
+use super::reach::{Reach, bounds_around, bounds_of_way, near_of};
 use super::settings::{ClassSettings, Settings, TIME_SLACK_S};
 use super::windows::{WindowColumns, WindowPlaces, Windows};
 use crate::parameters::{ObjectClass, Shape};
@@ -430,18 +430,6 @@ fn slice_begins(tick: u32, resolution_s: f64, last_s: f64) -> bool {
 /// How much of a predicted path is assessed \[s\].
 fn path_horizon_s(path: &PredictedPath) -> f64 {
     (path.path.len() as f64 * path.time_step.seconds()).min(PATH_HORIZON_S)
-}
-
-/// The box around an object that stands, a little larger: what touches the object meets it, whatever was rounded of
-/// either. The other box is around what may touch it.
-pub(super) fn near_of(standing: &Bounds, other: &Bounds) -> Bounds {
-    standing.grown(rounding_m(&standing.joined(other)))
-}
-
-/// Far more than rounding moves the sides of a box \[m\], far less than matters.
-fn rounding_m(bounds: &Bounds) -> f64 {
-    let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
-    sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }
 
 /// Class of highest probability, the first of equals; unlisted labels and no label are unknown.

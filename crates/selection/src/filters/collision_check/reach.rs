@@ -7,7 +7,8 @@
 use super::settings::Settings;
 use crate::candidate::Candidate;
 use motion::Point2;
-use motion::occupancy::{Bounds, Outline};
+use motion::geometry::OrientedBox;
+use motion::occupancy::{Bounds, Outline, Sweep};
 
 /// More than rounding moves anything that is bounded here \[m\], for places up to 1e8 m from the origin.
 const ROUNDING_M: f64 = 0.01;
@@ -54,4 +55,27 @@ pub(super) fn bounds_of_way(places: &Bounds, speed_mps: f64, outline: &Outline, 
 /// A box that holds the origin of a body that starts here and goes no farther than this \[m\].
 pub(super) fn bounds_around(start: Point2, distance_m: f64) -> Bounds {
     Bounds { min: start, max: start }.grown(distance_m)
+}
+
+/// The box around an object that stands, a little larger: what touches the object meets it, whatever was rounded of
+/// either. The other box is around what may touch it.
+pub(super) fn near_of(standing: &Bounds, other: &Bounds) -> Bounds {
+    standing.grown(rounding_m(&standing.joined(other)))
+}
+
+/// The same for the box at an angle around an object that stands, one of several.
+pub(super) fn turned_near_of(standing: &Sweep, place: usize, other: &Bounds) -> OrientedBox {
+    let turned = standing.bounding_box(place);
+    let rounding_m = rounding_m(&standing.bounds()[place].joined(other));
+    OrientedBox {
+        half_length_m: turned.half_length_m + rounding_m,
+        half_width_m: turned.half_width_m + rounding_m,
+        ..*turned
+    }
+}
+
+/// Far more than rounding moves the sides of a box \[m\], far less than matters.
+fn rounding_m(bounds: &Bounds) -> f64 {
+    let sides = [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y];
+    sides.iter().fold(1e-6, |most, side| f64::max(most, 1e-9 * side.abs()))
 }

@@ -190,6 +190,69 @@ proptest! {
     }
 }
 
+/// Where the path first touches an object, every sample swept and looked at.
+fn touch_plainly(filter: &CollisionCheckFilter, place: usize, work: &mut Workspace) -> Option<Touch> {
+    let (outline, standing) = (&filter.settings.rss_outline, &filter.objects.standing);
+    let Workspace { ego, rss_slice, rss_tail, hulls, .. } = work;
+    let object = &filter.objects.objects[place].outline;
+    let mut touches = |sweep: &Sweep, at| slices_meet((outline, sweep, at), (object, standing, place), hulls);
+    let planned = &ego.planned;
+    let touch = |sample: usize, step: usize| Touch {
+        distance_m: planned.distances_m[sample],
+        time_s: step as f64 * filter.settings.resolution_s,
+        place: planned.poses[step],
+    };
+    rss_slice.clear();
+    rss_slice.push(outline, planned.poses[0], planned.poses[0], &Deviation::default());
+    if touches(rss_slice, 0) {
+        return Some(touch(0, 0));
+    }
+    for step in 0..planned.steps() {
+        planned.sweep_step(step, outline, rss_slice);
+        if touches(rss_slice, 0) {
+            return Some(touch(step + 1, step));
+        }
+    }
+    let slice = (0..rss_tail.len()).find(|&slice| touches(rss_tail, slice))?;
+    let (distance_m, time_s) = ego.path.distance_and_time(filter.first_tail_point(ego) + slice);
+    Some(Touch { distance_m, time_s, place: rss_tail.slice(slice).start })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Samples that are not swept, since boxes show that they come near to nothing, touch nothing.
+    #[test]
+    fn samples_that_are_passed_over_touch_nothing(
+        users in proptest::collection::vec(any_user(), 1..14),
+        (speed_mps, acceleration_mps2, turn) in (0.0..14.0_f64, -1.5..1.5_f64, -0.3..0.3_f64),
+        margins in proptest::array::uniform3(0.0..1.5_f64),
+        far_m in prop_oneof![Just(0.0), Just(1e6)],
+    ) {
+        let mut parameters = CollisionCheckParameters::default();
+        let margin = &mut parameters.rss.ego_footprint_margin;
+        [margin.lateral, margin.front, margin.rear] = margins;
+        let mut candidate = candidate(speed_mps, acceleration_mps2, turn, 0);
+        let mut points = candidate.points.to_vec();
+        points.iter_mut().for_each(|point| point.pose.position.y += far_m);
+        candidate = candidate_of(points);
+        let users: Vec<User> = users
+            .into_iter()
+            .map(|user| User { place: (user.place.0, user.place.1 + far_m, user.place.2), ..user })
+            .collect();
+        let mut filter = CollisionCheckFilter::new(&parameters, &VehicleInfo::default());
+        filter.observe(&observed(&users, speed_mps));
+        let mut work = Workspace::default();
+        let (cycle, priority) = (filter.cycle.as_ref().unwrap(), filter.priority.as_ref().unwrap());
+        filter.situation(cycle, priority, &candidate, 0.0, &mut work);
+        let bounds = filter.sweep_path(&mut work);
+        for (place, object) in filter.objects.objects.iter().enumerate() {
+            let touch = filter.first_touch(place, object, &bounds, &mut work);
+            prop_assert_eq!(touch, touch_plainly(&filter, place, &mut work));
+        }
+    }
+}
+
 fn standing_apart(users: &[User], apart_m: f64) -> Vec<User> {
     let pushed = |(k, user): (usize, &User)| {
         let (x, y, yaw) = user.place;
