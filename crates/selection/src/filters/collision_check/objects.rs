@@ -343,21 +343,21 @@ impl Objects {
         samples.clear();
         let mut cursor = 0;
         samples.extend(times_s.iter().map(|&time_s| self.at(way, profile.distance_m(time_s), &mut cursor)));
-        let last = times_s.len() - 1;
+        let (last_s, before_last) = (times_s[times_s.len() - 1], &times_s[..times_s.len() - 1]);
         let (mut first, mut second) = (0, 0);
         let mut row = sweep.row(outline, &samples[0].pose);
         let mut reached = 0;
         for tick in 0_u32.. {
             let start_s = f64::from(tick) * resolution_s;
             let end_s = f64::from(tick + 1) * resolution_s;
-            if !slice_begins(tick, resolution_s, times_s[last]) {
+            if !slice_begins(tick, resolution_s, last_s) {
                 break;
             }
             // From the last sample not after the start of the slice to the first one not before its end.
-            while first < last && times_s[first + 1] <= start_s + TIME_SLACK_S {
+            while times_s.get(first + 1).is_some_and(|&next_s| next_s <= start_s + TIME_SLACK_S) {
                 first += 1;
             }
-            while second < last && times_s[second] < end_s - TIME_SLACK_S {
+            while before_last.get(second).is_some_and(|&at_s| at_s < end_s - TIME_SLACK_S) {
                 second += 1;
             }
             let end = second.max(first);
@@ -380,7 +380,7 @@ impl Objects {
             Way::Path(places) => {
                 let (poses, lengths_m) =
                     (&self.path_poses[places.clone()], &self.path_lengths_m[places.clone()]);
-                while *cursor < lengths_m.len() && lengths_m[*cursor] <= distance_m {
+                while lengths_m.get(*cursor).is_some_and(|&length_m| length_m <= distance_m) {
                     *cursor += 1;
                 }
                 let next = *cursor;

@@ -81,9 +81,7 @@ impl WindowColumns {
 impl Windows<'_> {
     /// The first group of slices that meets the box around its windows; no slice before it meets its window.
     pub(super) fn first_near_group(&self, ego: &Sweep) -> Option<usize> {
-        let count = ego.groups().len().min(self.groups.len());
-        let (slices, windows) = (&ego.groups()[..count], &self.groups[..count]);
-        (0..count).find(|&group| slices[group].meets(&windows[group]))
+        ego.groups().iter().zip(self.groups).position(|(slices, window)| slices.meets(window))
     }
 
     /// Number of groups.
