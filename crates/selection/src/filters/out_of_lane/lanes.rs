@@ -57,7 +57,8 @@ impl NearEdge {
 
     #[inline]
     pub(super) fn take(&mut self, edge: usize, squared_m2: f64) {
-        if squared_m2 < self.squared_m2 || (squared_m2 == self.squared_m2 && edge < self.edge) {
+        // Most edges are farther, and one comparison tells.
+        if squared_m2 <= self.squared_m2 && (squared_m2 < self.squared_m2 || edge < self.edge) {
             *self = Self { squared_m2, edge };
         }
     }
