@@ -17,6 +17,8 @@ mod path;
 mod portfolio;
 mod shortcut;
 
+use std::sync::LazyLock;
+
 use thiserror::Error;
 
 use crate::collision::{CollisionChecker, ObstacleError};
@@ -24,7 +26,7 @@ use crate::grid_heuristic::GridHeuristic;
 use crate::interruption::Interruption;
 use crate::pose::PlanarPose;
 use crate::problem::Problem;
-use crate::provider::{OutOfRange, out_of_range};
+use crate::provider::{OutOfRange, out_of_ranges, ranges};
 use crate::tolerance::{END_M, END_RAD};
 use attempt::Costs;
 pub use parameters::SearchParameters;
@@ -34,6 +36,9 @@ use shortcut::Shortcuts;
 
 /// A path that keeps less room is taken when it is cheaper by this, m.
 const TIGHTER_WORTH_M: f64 = 1.0;
+
+/// Of the parameters, made once: it takes longer than some searches.
+static RANGES: LazyLock<serde_json::Value> = LazyLock::new(ranges::<SearchParameters>);
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -136,7 +141,7 @@ impl<'a> Search<'a> {
         parameters: &'a SearchParameters,
         interruption: &mut dyn FnMut() -> Option<Interruption>,
     ) -> Result<Self, SearchError> {
-        if let Some(wrong) = out_of_range(parameters).into_iter().next() {
+        if let Some(wrong) = out_of_ranges(parameters, &RANGES).into_iter().next() {
             return Err(wrong.into());
         }
         check_end(checker, End::Start, problem.start)?;

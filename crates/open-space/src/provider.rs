@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 pub use optimizer::{Optimizer, ProblemPlanner};
 pub use parameters::{OutOfRange, ProviderParameters, out_of_range};
+pub(crate) use parameters::{out_of_ranges, ranges};
 pub use planning::{
     Execution, Job, Outcome, PlanFailure, Planned, PlanningWorker, Region, SynchronousPlanner,
     WorkerNotStarted, WorkerState,

@@ -121,7 +121,16 @@ pub struct OutOfRange {
 /// Every number that its own schema does not allow, by name; empty where all is well. Numbers must be finite.
 #[must_use]
 pub fn out_of_range<T: Serialize + JsonSchema>(parameters: &T) -> Vec<OutOfRange> {
-    let schema = schemars::schema_for!(T).to_value();
+    out_of_ranges(parameters, &ranges::<T>())
+}
+
+/// The ranges that parameters declare, as [`out_of_ranges`] takes them; for who asks again and again.
+pub(crate) fn ranges<T: JsonSchema>() -> serde_json::Value {
+    schemars::schema_for!(T).to_value()
+}
+
+/// As [`out_of_range`], with the [`ranges`] of the parameters.
+pub(crate) fn out_of_ranges(parameters: &impl Serialize, schema: &serde_json::Value) -> Vec<OutOfRange> {
     // A plain struct of numbers and switches always has a JSON form.
     let Ok(values) = serde_json::to_value(parameters) else { return Vec::new() };
     let (Some(values), Some(properties)) = (values.as_object(), schema["properties"].as_object()) else {
