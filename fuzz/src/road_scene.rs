@@ -1,6 +1,7 @@
 //! A selector's cycles on arbitrary scenes: whatever is accepted, simple checks find nothing wrong with, and no filter
 //! panics.
 
+use super::are_one_in;
 use super::open_space_scene::Hundredths;
 use super::texts::{SCRATCH, no_filter_panicked};
 use arbitrary::{Arbitrary, Unstructured};
@@ -29,14 +30,19 @@ const START_S: i32 = 1_000;
 const FRESH_S: f64 = 0.2;
 const ROAD: i64 = 1;
 const LIGHT: i64 = 500;
-/// Lists are cut here: a run takes less than a millisecond.
-const SMALL: Size = Size { list: 5, points: 30 };
+/// One input in so many is cut at [`LONGER`].
+const LONG: u64 = 8;
+/// Drives and lists are cut here: a run takes a fraction of a millisecond.
+const SMALL: Size = Size { moments: 2, list: 4, points: 20 };
+/// Here where the hash of the bytes says so.
+const LONGER: Size = Size { moments: 4, list: 5, points: 30 };
 /// And here in the few runs in a thousand that are drawn so.
-const LARGE: Size = Size { list: 12, points: 120 };
+const LARGE: Size = Size { moments: 4, list: 12, points: 120 };
 
-/// How long lists may be.
+/// How long drives and lists may be.
 #[derive(Clone, Copy)]
 struct Size {
+    moments: usize,
     list: usize,
     points: usize,
 }
@@ -77,7 +83,9 @@ struct Plan {
     yaw: Hundredths<50>,
     speed: Hundredths<1800>,
     age: u8,
-    is_in_another_frame: bool,
+    /// Another than the map's if all ones.
+    frame: u8,
+    /// By number; the larger half of the numbers keeps its lane.
     generator: u8,
     steps: Vec<Advance>,
     spoiled: Vec<(u8, Spoiled)>,
@@ -158,12 +166,16 @@ fn header(stamp: Time, frame: &str) -> Header {
 
 impl Plan {
     fn message(&self, size: Size, now: Time, far_m: f64) -> CandidateTrajectory {
-        let (mut x, mut y, mut yaw, mut speed, mut time_s) = (far_m, self.y.0, self.yaw.0, self.speed.0, 0.0);
+        // Of what is drawn at random hardly anything stays on the road for long, so that hardly anything would be accepted.
+        let is_steady = self.generator > 127;
+        let part = if is_steady { 0.05 } else { 1.0 };
+        let (mut x, mut y, mut yaw, mut time_s) = (far_m, part * self.y.0, part * self.yaw.0, 0.0);
+        let mut speed = if is_steady { self.speed.0.abs() } else { self.speed.0 };
         let mut points = Vec::new();
         let last = self.steps.last();
         let more = std::iter::repeat_n(last, usize::from(self.more)).flatten();
         for step in self.steps.iter().chain(more).take(size.points) {
-            let acceleration = f64::from(step.acceleration) / 20.0;
+            let acceleration = part * f64::from(step.acceleration) / 20.0;
             points.push(TrajectoryPoint {
                 time_from_start: Duration::from_nanoseconds((time_s * 1e9) as i64),
                 pose: pose(x, y, yaw),
@@ -171,8 +183,8 @@ impl Plan {
                 acceleration_mps2: acceleration as f32,
                 ..TrajectoryPoint::default()
             });
-            let dt = f64::from(step.time) / 100.0;
-            yaw += f64::from(step.turn) / 128.0 * std::f64::consts::FRAC_PI_2 * dt;
+            let dt = if is_steady { 0.1 } else { f64::from(step.time) / 100.0 };
+            yaw += part * f64::from(step.turn) / 128.0 * std::f64::consts::FRAC_PI_2 * dt;
             (x, y) = (x + speed * dt * yaw.cos(), y + speed * dt * yaw.sin());
             (speed, time_s) = ((speed + acceleration * dt).max(0.0), time_s + dt);
         }
@@ -196,7 +208,7 @@ impl Plan {
         }
         let stamp = Time::from_nanoseconds(now.nanoseconds() - i64::from(self.age) * 1_000_000);
         CandidateTrajectory {
-            header: header(stamp, if self.is_in_another_frame { "odom" } else { "map" }),
+            header: header(stamp, if self.frame == u8::MAX { "odom" } else { "map" }),
             generator_id: Uuid { uuid: [self.generator % 4; 16] },
             points,
             ..CandidateTrajectory::default()
@@ -234,13 +246,17 @@ impl Thing {
 }
 
 impl Drawn {
-    fn size(&self) -> Size {
-        if self.size == u8::MAX { LARGE } else { SMALL }
+    fn size(&self, bytes: &[u8]) -> Size {
+        match self.size {
+            u8::MAX => LARGE,
+            _ if are_one_in(LONG, bytes) => LONGER,
+            _ => SMALL,
+        }
     }
 
-    fn scene(&self, moment: &Moment, now: Time, far_m: f64) -> Scene {
-        static STREET: LazyLock<Arc<Map>> = LazyLock::new(|| Arc::new(street()));
-        let size = self.size();
+    fn scene(&self, size: Size, moment: &Moment, now: Time, far_m: f64) -> Scene {
+        // With what filters derive from it: in a vehicle, too, the map is the same for many cycles.
+        static STREET: LazyLock<HdMap> = LazyLock::new(|| HdMap::new("map".into(), Arc::new(street())));
         let mut scene = Scene::empty(now, Arc::new(VehicleInfo::default()));
         let mut odometry = Odometry { header: header(now, "map"), ..Odometry::default() };
         odometry.pose.pose = pose(far_m + moment.ego.0.0, moment.ego.1.0, moment.ego.2.0);
@@ -267,8 +283,7 @@ impl Drawn {
         };
         let signals = TrafficLightGroupArray { stamp: now, traffic_light_groups: vec![group] };
         scene.traffic_signals = Some(Arc::new(signals));
-        let map = HdMap::new("map".into(), STREET.clone());
-        scene.map = Some(Epoch { number: 1, value: map });
+        scene.map = Some(Epoch { number: 1, value: STREET.clone() });
         if self.has_route {
             let mut segment = LaneletSegment::default();
             segment.preferred_primitive.id = ROAD;
@@ -374,18 +389,17 @@ fn look_at_what_leaves(step: &Step, concatenated: &Concatenated, now: Time) {
 /// A drive of some moments.
 pub fn cycle(bytes: &[u8]) {
     let Ok(drawn) = Drawn::arbitrary_take_rest(Unstructured::new(bytes)) else { return };
+    let size = drawn.size(bytes);
     let far_m = if drawn.is_far_away { 90_000.0 } else { 0.0 };
     let mut pipeline = pipeline(&VehicleInfo::default(), drawn.has_route);
     let mut concatenator = Concatenator::new(FRESH_S);
     let mut now = Time { sec: START_S, nanosec: 0 };
-    for moment in drawn.moments.iter().take(4) {
+    for moment in drawn.moments.iter().take(size.moments) {
         now = Time::from_nanoseconds(now.nanoseconds() + i64::from(moment.passed) * 1_000_000);
-        let scene = drawn.scene(moment, now, far_m);
-        let plans = moment.plans.iter().take(drawn.size().list);
+        let scene = drawn.scene(size, moment, now, far_m);
+        let plans = moment.plans.iter().take(size.list);
         concatenator.add(&CandidateTrajectories {
-            candidate_trajectories: plans
-                .map(|plan| Arc::new(plan.message(drawn.size(), now, far_m)))
-                .collect(),
+            candidate_trajectories: plans.map(|plan| Arc::new(plan.message(size, now, far_m))).collect(),
             generator_info: (0..3).map(known).collect(),
         });
         let concatenated = concatenator.get(now);

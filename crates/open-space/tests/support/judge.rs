@@ -15,9 +15,9 @@ pub(crate) fn faults(trajectory: &Trajectory, problem: &Problem) -> Vec<String> 
     let points = &trajectory.points;
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return vec!["no points".into()] };
     let mut faults = Vec::new();
-    let mut expect = |good: bool, what: String| {
+    let mut expect = |good: bool, what: &dyn Fn() -> String| {
         if !good {
-            faults.push(what);
+            faults.push(what());
         }
     };
     let apart = |a: &TrajectoryPoint, b: &open_space::PlanarPose| {
@@ -25,41 +25,38 @@ pub(crate) fn faults(trajectory: &Trajectory, problem: &Problem) -> Vec<String> 
         ((a.pose.x - b.x).hypot(a.pose.y - b.y), turn.min(std::f64::consts::TAU - turn))
     };
     let (start_m, start_rad) = apart(first, &problem.start);
-    expect(start_m < 1e-3 && start_rad < 1e-3, format!("starts {start_m} m, {start_rad} rad off"));
+    expect(start_m < 1e-3 && start_rad < 1e-3, &|| format!("starts {start_m} m, {start_rad} rad off"));
     let (end_m, end_rad) = apart(last, &problem.goal);
-    expect(end_m <= 0.05 && end_rad <= 1_f64.to_radians(), format!("ends {end_m} m, {end_rad} rad off"));
-    expect(last.speed_mps == 0.0 && last.acceleration_mps2 == 0.0, "does not end at rest".into());
+    expect(end_m <= 0.05 && end_rad <= 1_f64.to_radians(), &|| format!("ends {end_m} m, {end_rad} rad off"));
+    expect(last.speed_mps == 0.0 && last.acceleration_mps2 == 0.0, &|| "does not end at rest".into());
     let limits = &problem.limits;
     let sharpest = problem.vehicle.max_curvature();
     for (k, point) in points.iter().enumerate() {
         let speed = point.speed_mps;
         expect(
             (-limits.max_speed_reverse_mps * ROOM..=limits.max_speed_forward_mps * ROOM).contains(&speed),
-            format!("{speed} m/s at {k}"),
+            &|| format!("{speed} m/s at {k}"),
         );
-        expect(
-            point.acceleration_mps2.abs() <= limits.max_acceleration_mps2 * ROOM,
-            format!("{} m/s² at {k}", point.acceleration_mps2),
-        );
-        expect(point.curvature.abs() <= sharpest * ROOM, format!("{} 1/m at {k}", point.curvature));
+        expect(point.acceleration_mps2.abs() <= limits.max_acceleration_mps2 * ROOM, &|| {
+            format!("{} m/s² at {k}", point.acceleration_mps2)
+        });
+        expect(point.curvature.abs() <= sharpest * ROOM, &|| format!("{} 1/m at {k}", point.curvature));
     }
     for (k, pair) in points.windows(2).enumerate() {
         let (a, b) = (&pair[0], &pair[1]);
         let dt = b.time_s - a.time_s;
-        expect(dt > 0.0 && dt <= 0.1 + 1e-9, format!("{dt} s after {k}"));
+        expect(dt > 0.0 && dt <= 0.1 + 1e-9, &|| format!("{dt} s after {k}"));
         let rate = (b.steer_rad - a.steer_rad) / dt;
-        expect(
-            dt < SHORTEST_S || rate.abs() <= limits.max_steer_rate_rps * ROOM,
-            format!("{rate} rad/s after {k}"),
-        );
+        expect(dt < SHORTEST_S || rate.abs() <= limits.max_steer_rate_rps * ROOM, &|| {
+            format!("{rate} rad/s after {k}")
+        });
         let jerk = (b.acceleration_mps2 - a.acceleration_mps2) / dt;
-        expect(
-            dt < SHORTEST_S || jerk.abs() <= limits.max_jerk_mps3 * 1.01,
-            format!("{jerk} m/s³ after {k}"),
-        );
+        expect(dt < SHORTEST_S || jerk.abs() <= limits.max_jerk_mps3 * 1.01, &|| {
+            format!("{jerk} m/s³ after {k}")
+        });
         let travel = (b.pose.x - a.pose.x).hypot(b.pose.y - a.pose.y);
         let mean = 0.5 * (a.speed_mps + b.speed_mps).abs() * dt;
-        expect((travel - mean).abs() < 3e-3, format!("{travel} m instead of {mean} after {k}"));
+        expect((travel - mean).abs() < 3e-3, &|| format!("{travel} m instead of {mean} after {k}"));
     }
     faults.extend(collision(points, problem));
     faults
