@@ -49,10 +49,10 @@ impl Estranged {
         now: Instant,
     ) {
         match event {
-            DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer } => {
-                if is_input(*local_reader) {
-                    self.listen_to(name(remote_writer.prefix));
-                }
+            DomainParticipantStatusEvent::RemoteWriterMatched { local_reader, remote_writer }
+                if is_input(*local_reader) =>
+            {
+                self.listen_to(name(remote_writer.prefix));
             }
             DomainParticipantStatusEvent::ParticipantLost { id, reason: LostReason::Timeout { .. } } => {
                 self.lose(&name(*id), now);
