@@ -1,8 +1,9 @@
 //! The ROS 2 door: the node in its graph.
 //!
 //! The modules `arguments`, `names`, `parameter_files`, `parameters`, `environment` and `logging` are pure: they know
-//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `middleware`, `waits`, `estranged`, `payload`, `qos`, `subscriptions`, `publications`,
-//! `services`, `rosout` and `events` are the network side; `node` puts both together.
+//! the rules of ROS 2 and neither sockets nor clocks. `graph`, `payload`, `qos`, `subscriptions`, `publications`,
+//! `services`, `rosout` and `events` are the network side, `middleware`, `waits` and `estranged` bear with what the
+//! middleware does not; `node` puts all together.
 
 // A build for both would quietly be one for the newer.
 #[cfg(all(feature = "humble", feature = "jazzy"))]
