@@ -52,11 +52,24 @@ fn name_of(folder: &Path) -> Option<String> {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
+    use super::super::graph::{Graph, GraphOptions};
     use super::*;
+    use std::net::Ipv4Addr;
     use std::sync::mpsc::channel;
 
     #[test]
     fn a_thread_that_has_ended_is_named() {
+        let before = MiddlewareThreads::now();
+        let options = GraphOptions { domain_id: 231, interfaces: vec![Ipv4Addr::LOCALHOST.into()] };
+        let graph = Graph::join(&options, "/", "known").unwrap();
+        let of_graph = MiddlewareThreads::since(&before);
+        assert_eq!(of_graph.threads.len(), 2, "the middleware's own are known by their names: {of_graph:?}");
+        assert!(graph.check().is_ok());
+        drop(graph);
+        while of_graph.ended().is_none() {
+            std::thread::yield_now();
+        }
+
         let before = MiddlewareThreads::now();
         let (end, ends) = channel::<()>();
         let (begun, has_begun) = channel();
